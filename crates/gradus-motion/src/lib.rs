@@ -1,0 +1,43 @@
+//! Motion mathematics in integer arithmetic: the ramps of a positioning axis and coordinated moves.
+//!
+//! Three types follow one another: [`Limits`] is what the user sets, in microsteps and seconds; [`Gains`] is what a
+//! control tick needs, derived once when a limit or the tick rate changes; [`Ramp`] is what moves.
+//!
+//! ```
+//! use gradus_motion::{Limits, Ramp};
+//!
+//! let limits = Limits { max_speed_pps: 51_200, acceleration: 51_200, deceleration: 51_200, ..Limits::default() };
+//! let mut ramp = Ramp::new(limits.gains(10_000));
+//! ramp.move_to(51_200);
+//! let mut ticks = 0;
+//! while !ramp.is_idle() {
+//!     ramp.tick();
+//!     ticks += 1;
+//! }
+//! assert_eq!((ramp.position(), ticks), (51_200, 20_000));
+//! ```
+//!
+//! A tick adds three integers; only where one phase of constant acceleration ends and the next begins does it plan,
+//! with a bounded number of multiplications and divisions. All arithmetic is integer and every sum is exact, so motion
+//! is equal to the bit on every machine and does not drift.
+//!
+//! Not here: parameter numbers, switches and stops (the firmware calls [`Ramp::hard_stop`] and [`Ramp::soft_stop`]),
+//! and S-shaped ramps.
+
+#![no_std]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+#[cfg(test)]
+extern crate std;
+
+mod interpolation;
+mod limits;
+mod plan;
+mod ramp;
+
+#[cfg(test)]
+mod tests;
+
+pub use interpolation::Line;
+pub use limits::{Gains, Limits};
+pub use ramp::Ramp;

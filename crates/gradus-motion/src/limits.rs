@@ -1,0 +1,155 @@
+//! Limits of a ramp as the user sets them, and the same per control tick.
+
+use crate::plan::Brake;
+
+/// Fraction bits of a position, a speed (microsteps a tick) and an acceleration (microsteps a tick, each tick).
+pub(crate) const FRACTION_BITS: u32 = 48;
+
+/// Largest speed, and largest change of speed in a tick; leaves room for sums of two.
+const MAX_PER_TICK: i64 = 1 << 60;
+
+/// Limits of trapezoidal and six-point ramps, in microsteps and seconds. Signless: they hold for both directions.
+///
+/// Below [`break_speed_pps`](Self::break_speed_pps) the axis speeds up with `start_acceleration` and slows down with
+/// `final_deceleration`, above it with `acceleration` and `deceleration` (TMCM-3351 manual, axis parameters 4, 5 and
+/// 15 to 20). The manual is silent about zeros; here
+/// - a `start_acceleration` or `final_deceleration` of zero stands for `acceleration` or `deceleration`,
+/// - a `deceleration` of zero stands for `acceleration`,
+/// - with an `acceleration` of zero a standing axis does not start, and a moving one gets no faster,
+/// - with `acceleration` and `deceleration` both zero a moving axis that has to slow down does so within one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Limits {
+    /// Top speed of position mode, in microsteps per second. Velocity mode has its own target speed.
+    pub max_speed_pps: u32,
+    /// Acceleration above the break speed, in microsteps per second squared.
+    pub acceleration: u32,
+    /// Deceleration above the break speed, in microsteps per second squared.
+    pub deceleration: u32,
+    /// Speed at which the second pair of accelerations takes over; 0 for a plain trapezoid.
+    pub break_speed_pps: u32,
+    /// Acceleration below the break speed, in microsteps per second squared.
+    pub start_acceleration: u32,
+    /// Deceleration below the break speed, in microsteps per second squared.
+    pub final_deceleration: u32,
+    /// Speed that motion starts with at once, as far as top speed and distance allow.
+    pub start_speed_pps: u32,
+    /// Speed from which motion may end at once.
+    pub stop_speed_pps: u32,
+}
+
+impl Limits {
+    /// What a control tick at `tick_hz` needs of these limits. `tick_hz` is taken as 1 or more; below 1 kHz the
+    /// highest speeds are cut off.
+    ///
+    /// Values are rounded up, by less than 2^-48 microsteps a tick: nothing becomes zero that is not.
+    pub fn gains(&self, tick_hz: u32) -> Gains {
+        let rate = TickRate::new(tick_hz);
+        let or = |value, substitute| if value == 0 { substitute } else { value };
+        let deceleration = or(self.deceleration, self.acceleration);
+        let start_acceleration =
+            if self.acceleration == 0 { 0 } else { or(self.start_acceleration, self.acceleration) };
+        Gains {
+            rate,
+            top_speed: rate.speed_per_tick(self.max_speed_pps),
+            start_speed: rate.speed_per_tick(self.start_speed_pps),
+            break_speed: rate.speed_per_tick(self.break_speed_pps),
+            start_acceleration: rate.step_per_tick(start_acceleration),
+            acceleration: rate.step_per_tick(self.acceleration),
+            brake: Brake::new(
+                rate.speed_per_tick(self.stop_speed_pps),
+                rate.deceleration_per_tick(or(self.final_deceleration, deceleration)),
+                rate.speed_per_tick(self.break_speed_pps),
+                rate.deceleration_per_tick(deceleration),
+            ),
+        }
+    }
+}
+
+/// Limits per control tick: see [`Limits::gains`]. Speeds are microsteps a tick, accelerations microsteps a tick each
+/// tick, both with 48 fraction bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gains {
+    pub(crate) rate: TickRate,
+    pub(crate) top_speed: i64,
+    pub(crate) start_speed: i64,
+    pub(crate) break_speed: i64,
+    pub(crate) start_acceleration: i64,
+    pub(crate) acceleration: i64,
+    pub(crate) brake: Brake,
+}
+
+impl Gains {
+    /// These limits of an axis that moves by `length`, lowered so that an axis that moves by the shorter `distance` in
+    /// the same time stays within `other`.
+    pub(crate) fn lowered(&self, other: &Self, length: u32, distance: u32) -> Self {
+        let lower = |own: i64, other: i64| {
+            let scaled = i128::from(other) * i128::from(length) / i128::from(distance.max(1));
+            own.min(scaled.min(i128::from(MAX_PER_TICK)) as i64)
+        };
+        let slowest =
+            |below_break: i64, above: i64| if other.break_speed == 0 { above } else { above.min(below_break) };
+        let acceleration = slowest(other.start_acceleration, other.acceleration);
+        let deceleration = slowest(other.brake.last.step, other.brake.upper.step);
+        Self {
+            top_speed: lower(self.top_speed, other.top_speed),
+            start_speed: lower(self.start_speed, other.start_speed),
+            start_acceleration: lower(self.start_acceleration, acceleration),
+            acceleration: lower(self.acceleration, acceleration),
+            brake: Brake::new(
+                lower(self.brake.last.base, other.brake.last.base),
+                lower(self.brake.last.step, deceleration),
+                self.break_speed,
+                lower(self.brake.upper.step, deceleration),
+            ),
+            ..*self
+        }
+    }
+}
+
+/// Conversion between seconds and ticks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TickRate {
+    hz: u32,
+}
+
+impl TickRate {
+    fn new(hz: u32) -> Self {
+        Self { hz: hz.max(1) }
+    }
+
+    /// Microsteps a tick.
+    pub(crate) fn speed_per_tick(self, pps: u32) -> i64 {
+        per_tick(pps, u64::from(self.hz))
+    }
+
+    /// Change of speed in a tick.
+    fn step_per_tick(self, pps2: u32) -> i64 {
+        per_tick(pps2, u64::from(self.hz).pow(2))
+    }
+
+    /// Change of speed in a tick of braking, where zero means that nothing limits it.
+    pub(crate) fn deceleration_per_tick(self, pps2: u32) -> i64 {
+        if pps2 == 0 { MAX_PER_TICK } else { self.step_per_tick(pps2) }
+    }
+
+    /// Microsteps per second, rounded towards zero but for the last places of the fraction.
+    pub(crate) fn pps(self, speed: i64) -> i32 {
+        per_second(speed, u64::from(self.hz))
+    }
+
+    /// Microsteps per second squared, rounded in the same way.
+    pub(crate) fn pps2(self, step: i64) -> i32 {
+        per_second(step, u64::from(self.hz).pow(2))
+    }
+}
+
+fn per_tick(value: u32, ticks: u64) -> i64 {
+    let scaled = (u128::from(value) << FRACTION_BITS).div_ceil(u128::from(ticks));
+    scaled.min(MAX_PER_TICK as u128) as i64
+}
+
+fn per_second(value: i64, ticks: u64) -> i32 {
+    const ROUNDING: i128 = 2; // of the value's last place: a share of a line is rounded down
+    let scaled = ((i128::from(value.unsigned_abs()) + ROUNDING) * i128::from(ticks)) >> FRACTION_BITS;
+    scaled.min(i128::from(i32::MAX)) as i32 * value.signum() as i32
+}
