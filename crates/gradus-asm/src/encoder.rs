@@ -1,0 +1,143 @@
+//! From a command as written to its numbers, as far as this needs no knowledge of the module.
+//!
+//! Every command and keyword of every module is taken here; whether the module has them is looked at in `check`.
+
+use gradus_tmcl::catalogue::{COMMANDS, Command as Row, Operand};
+use gradus_tmcl::{Instruction, Opcode};
+
+use crate::expression::Expression;
+use crate::parser::{Command, DATA};
+use crate::{Code, Names, Problem, Span, nearest};
+
+/// A command in numbers.
+pub(crate) struct Encoded {
+    pub instruction: Instruction,
+    /// Its row in the catalogue; `None` for a command in plain numbers.
+    pub row: Option<&'static Row>,
+    /// Its operands as far as they are given.
+    pub operands: Vec<Given>,
+    /// Place of the mnemonic.
+    pub span: Span,
+}
+
+/// An operand with its value.
+#[derive(Clone, Copy)]
+pub(crate) struct Given {
+    pub operand: &'static Operand,
+    pub value: i64,
+    pub span: Span,
+}
+
+/// Encodes a command; `None` if something is wrong with it, which is reported.
+pub(crate) fn encode(command: &Command, names: &Names, problems: &mut Vec<Problem>) -> Option<Encoded> {
+    if command.mnemonic.text == DATA {
+        return data(command, names, problems);
+    }
+    let Some(row) = find(&command.mnemonic.text) else {
+        problems.push(unknown(command));
+        return None;
+    };
+    let values = command.operands.iter().zip(row.operands);
+    let operands: Vec<_> = values.map(|(text, operand)| value(text, operand, row, names, problems)).collect();
+    let operands: Vec<Given> = operands.into_iter().collect::<Option<_>>()?;
+    if !(row.required()..=row.operands.len()).contains(&command.operands.len()) {
+        problems.push(count(command, row));
+        return None;
+    }
+    let numbers: Vec<i64> = operands.iter().map(|given| given.value).collect();
+    let instruction = row.encode(&numbers).ok()?; // count and ranges hold
+    Some(Encoded { instruction, row: Some(row), operands, span: command.mnemonic.span })
+}
+
+/// The command of that mnemonic, on whatever module.
+fn find(mnemonic: &str) -> Option<&'static Row> {
+    COMMANDS.iter().find(|row| row.mnemonic.eq_ignore_ascii_case(mnemonic))
+}
+
+fn unknown(command: &Command) -> Problem {
+    let name = &command.mnemonic.text;
+    let mnemonics = COMMANDS.iter().map(|row| row.mnemonic).filter(|mnemonic| !mnemonic.is_empty());
+    let problem = Problem::error(Code::UnknownCommand, command.mnemonic.span, format!("no command named `{name}`"));
+    problem.maybe_help(nearest::hint(name, mnemonics))
+}
+
+fn count(command: &Command, row: &Row) -> Problem {
+    let (least, most) = (row.required(), row.operands.len());
+    let takes = match (least, most) {
+        (_, 0) => "no operands".into(),
+        (1, 1) => "1 operand".into(),
+        (least, most) if least == most => format!("{most} operands"),
+        _ => format!("{least} to {most} operands"),
+    };
+    let message = format!("`{}` takes {takes}, not {}", row.mnemonic, command.operands.len());
+    let last = command.operands.last().map_or(command.mnemonic.span, |operand| operand.span);
+    Problem::error(Code::OperandCount, command.mnemonic.span.to(last), message).help(format!("it is written `{row}`"))
+}
+
+/// An operand: a keyword where one may stand, else an expression.
+fn value(
+    text: &Expression,
+    operand: &'static Operand,
+    row: &Row,
+    names: &Names,
+    problems: &mut Vec<Problem>,
+) -> Option<Given> {
+    let keywords = operand.kind.keywords();
+    let word = text.as_name().filter(|_| !keywords.is_empty());
+    let keyword = word.and_then(|word| keywords.iter().find(|keyword| keyword.text.eq_ignore_ascii_case(word)));
+    if let (Some(word), None, false) = (word, keyword, word.is_some_and(|word| names.contains(word))) {
+        problems.push(unknown_keyword(word, text.span, operand, row));
+        return None;
+    }
+    let value = match keyword {
+        Some(keyword) => i64::from(keyword.number),
+        None => number(text, operand.name, operand.range(), names, problems)?,
+    };
+    Some(Given { operand, value, span: text.span })
+}
+
+fn unknown_keyword(word: &str, span: Span, operand: &Operand, row: &Row) -> Problem {
+    let words = || operand.kind.keywords().iter().map(|keyword| keyword.text);
+    let message = format!("`{}` has no {} `{word}`", row.mnemonic, operand.name);
+    let all = || words().collect::<Vec<_>>().join(", ");
+    let help = nearest::hint(word, words()).unwrap_or_else(|| format!("it takes {}", all()));
+    Problem::error(Code::UnknownName, span, message).help(help)
+}
+
+/// The value of an expression, rounded, within the range of its field.
+fn number(
+    text: &Expression,
+    name: &str,
+    (min, max): (i64, i64),
+    names: &Names,
+    problems: &mut Vec<Problem>,
+) -> Option<i64> {
+    let value = names.value(text, problems)?.round();
+    if (min as f64..=max as f64).contains(&value) {
+        return Some(value as i64);
+    }
+    let message = if min == max {
+        format!("this operand is not used and must be {min}")
+    } else {
+        format!("the {name} is {value}, its field takes {min}...{max}")
+    };
+    problems.push(Problem::error(Code::OutOfRange, text.span, message));
+    None
+}
+
+/// `#data opcode, type, motor, value`.
+fn data(command: &Command, names: &Names, problems: &mut Vec<Problem>) -> Option<Encoded> {
+    const BYTE: (i64, i64) = (0, u8::MAX as i64);
+    let [opcode, kind, motor, value] = command.operands.as_slice() else {
+        let message = format!("`{DATA}` takes 4 operands, not {}", command.operands.len());
+        let problem = Problem::error(Code::OperandCount, command.mnemonic.span, message);
+        problems.push(problem.help(format!("it is written `{DATA} <opcode>, <type>, <motor>, <value>`")));
+        return None;
+    };
+    let opcode = number(opcode, "opcode", BYTE, names, problems);
+    let kind = number(kind, "type", BYTE, names, problems);
+    let motor = number(motor, "motor", BYTE, names, problems);
+    let value = number(value, "value", (i32::MIN.into(), u32::MAX.into()), names, problems);
+    let instruction = Instruction::new(Opcode(opcode? as u8), kind? as u8, motor? as u8, value? as i32);
+    Some(Encoded { instruction, row: None, operands: Vec::new(), span: command.mnemonic.span })
+}

@@ -1,0 +1,192 @@
+//! Labels and constants. Case does not matter; both kinds share one set of names, over all files of a program.
+
+use std::collections::HashMap;
+
+use gradus_tmcl::catalogue::Module;
+
+use crate::expression::{Expression, Fault, Meaning, functions};
+use crate::parser::Name;
+use crate::{Code, Problem, builtin, nearest};
+
+/// Where the evaluation of a constant stands.
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Open,
+    /// A constant that it needs is looked at first.
+    Waiting,
+    Known(f64),
+    Failed,
+}
+
+struct Definition {
+    name: Name,
+    /// `None` for a label.
+    expression: Option<Expression>,
+    state: State,
+}
+
+impl Definition {
+    fn what(&self) -> &'static str {
+        if self.expression.is_some() { "constant" } else { "label" }
+    }
+}
+
+/// The labels and constants of a program.
+pub(crate) struct Names {
+    module: &'static Module,
+    definitions: Vec<Definition>,
+    index: HashMap<String, usize>,
+    /// Definitions of a name that was defined before: the later and the first one.
+    again: Vec<(usize, usize)>,
+}
+
+impl Names {
+    pub fn new(module: &'static Module) -> Self {
+        Self { module, definitions: Vec::new(), index: HashMap::new(), again: Vec::new() }
+    }
+
+    pub fn add_label(&mut self, name: Name, address: usize) {
+        self.add(Definition { name, expression: None, state: State::Known(address as f64) });
+    }
+
+    pub fn add_constant(&mut self, name: Name, expression: Expression) {
+        self.add(Definition { name, expression: Some(expression), state: State::Open });
+    }
+
+    fn add(&mut self, definition: Definition) {
+        let new = self.definitions.len();
+        let first = *self.index.entry(definition.name.text.to_lowercase()).or_insert(new);
+        if first != new {
+            self.again.push((new, first));
+        }
+        self.definitions.push(definition);
+    }
+
+    /// Gives every constant its value.
+    pub fn resolve(&mut self, problems: &mut Vec<Problem>) {
+        for definition in 0..self.definitions.len() {
+            if self.definitions[definition].state == State::Open {
+                self.settle(definition, problems);
+            }
+        }
+        problems.extend(self.again.iter().filter_map(|(new, first)| self.duplicate(*new, *first)));
+    }
+
+    /// Evaluates a constant and, before it, those that it needs.
+    fn settle(&mut self, wanted: usize, problems: &mut Vec<Problem>) {
+        let mut path = vec![wanted];
+        while let Some(&current) = path.last() {
+            self.definitions[current].state = State::Waiting;
+            let state = match self.unsettled(current) {
+                Some(next) if self.definitions[next].state == State::Open => {
+                    path.push(next);
+                    continue;
+                }
+                Some(next) => {
+                    problems.push(self.cycle(&path, next));
+                    State::Failed
+                }
+                None => self.calculate(current, problems),
+            };
+            self.definitions[current].state = state;
+            path.pop();
+        }
+    }
+
+    /// A constant in this one's expression that has not been evaluated.
+    fn unsettled(&self, definition: usize) -> Option<usize> {
+        let mut names = self.definitions[definition].expression.iter().flat_map(Expression::names);
+        names.find_map(|name| {
+            let index = *self.index.get(&name.to_lowercase())?;
+            matches!(self.definitions[index].state, State::Open | State::Waiting).then_some(index)
+        })
+    }
+
+    fn calculate(&self, definition: usize, problems: &mut Vec<Problem>) -> State {
+        let value = self.definitions[definition].expression.as_ref().and_then(|e| self.value(e, problems));
+        value.map_or(State::Failed, State::Known)
+    }
+
+    /// The value of an expression; `None` if it has none, which is reported.
+    pub fn value(&self, expression: &Expression, problems: &mut Vec<Problem>) -> Option<f64> {
+        match expression.evaluate(|name| self.meaning(name)) {
+            Ok(value) => Some(value),
+            Err(fault) => {
+                problems.extend(self.report(fault));
+                None
+            }
+        }
+    }
+
+    /// True if there is such a label or constant.
+    pub fn contains(&self, name: &str) -> bool {
+        self.index.contains_key(&name.to_lowercase())
+    }
+
+    fn meaning(&self, name: &str) -> Meaning {
+        match self.index.get(&name.to_lowercase()).map(|index| self.definitions[*index].state) {
+            Some(State::Known(value)) => Meaning::Value(value),
+            Some(_) => Meaning::Failed,
+            None => Meaning::Unknown,
+        }
+    }
+
+    fn report(&self, fault: Fault) -> Option<Problem> {
+        match fault {
+            Fault::Reported => None,
+            Fault::Unknown(name, span) => {
+                let problem = Problem::error(Code::UnknownName, span, format!("no label or constant named `{name}`"));
+                Some(problem.maybe_help(self.hint(&name)))
+            }
+            Fault::DivisionByZero(span) => Some(Problem::error(Code::Arithmetic, span, "division by zero")),
+            Fault::Arithmetic(span) => Some(Problem::error(Code::Arithmetic, span, "this has no finite value")),
+        }
+    }
+
+    fn hint(&self, name: &str) -> Option<String> {
+        if let Some(function) = functions().find(|function| function.eq_ignore_ascii_case(name)) {
+            return Some(format!("the function is written `{function}(...)`"));
+        }
+        let defined = self.definitions.iter().map(|definition| definition.name.text.as_str());
+        nearest::hint(name, defined).or_else(|| builtin::hint(name, self.module))
+    }
+
+    /// The constants from `first` to the end of the path need each other.
+    fn cycle(&self, path: &[usize], first: usize) -> Problem {
+        let name = |index: &usize| self.definitions[*index].name.text.as_str();
+        let start = path.iter().position(|index| *index == first).unwrap_or(0);
+        let mut names: Vec<_> = path[start..].iter().map(name).collect();
+        names.push(name(&first));
+        let message = format!("constant `{}` is defined by itself", name(&first));
+        Problem::error(Code::ConstantCycle, self.definitions[first].name.span, message).help(names.join(" -> "))
+    }
+
+    /// A constant may be defined again with the same value: files that include the same file can be used together.
+    fn duplicate(&self, new: usize, first: usize) -> Option<Problem> {
+        let (new, first) = (&self.definitions[new], &self.definitions[first]);
+        if new.expression.is_some() && first.expression.is_some() && new.state == first.state {
+            return None;
+        }
+        let message = format!("`{}` is already a {}", new.name.text, first.what());
+        Some(Problem { first: Some(first.name.span), ..Problem::error(Code::Duplicate, new.name.span, message) })
+    }
+
+    /// The labels with their addresses, in the order of the text.
+    pub fn labels(&self) -> impl Iterator<Item = (&Name, f64)> {
+        self.known(|definition| definition.expression.is_none())
+    }
+
+    /// The constants with their values, in the order of the text.
+    pub fn constants(&self) -> impl Iterator<Item = (&Name, f64)> {
+        self.known(|definition| definition.expression.is_some())
+    }
+
+    fn known(&self, wanted: fn(&Definition) -> bool) -> impl Iterator<Item = (&Name, f64)> {
+        self.definitions.iter().filter(move |definition| wanted(definition)).filter_map(|definition| {
+            match definition.state {
+                State::Known(value) => Some((&definition.name, value)),
+                _ => None,
+            }
+        })
+    }
+}

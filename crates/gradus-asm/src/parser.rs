@@ -1,0 +1,151 @@
+//! One line of source text: `[label:] [MNEMONIC operands] [// comment]`.
+//!
+//! Besides commands there are `NAME = expression`, `#include file` and `#data opcode, type, motor, value`. The last is an
+//! addition of ours: a command in plain numbers, so that every program memory can be written as source text.
+
+use crate::expression::{Expression, unexpected};
+use crate::lexer::{self, Kind, Token, tokens};
+use crate::{Code, Problem, Span};
+
+/// A name where it is defined or a mnemonic where it is used.
+#[derive(Clone, Debug)]
+pub(crate) struct Name {
+    pub text: String,
+    pub span: Span,
+}
+
+/// What a line holds.
+pub(crate) struct Line {
+    pub labels: Vec<Name>,
+    pub body: Option<Body>,
+}
+
+pub(crate) enum Body {
+    Constant(Name, Expression),
+    /// The file's name without quotes.
+    Include(Name),
+    Command(Command),
+}
+
+/// A command as written.
+pub(crate) struct Command {
+    pub mnemonic: Name,
+    pub operands: Vec<Expression>,
+}
+
+/// The directive for a command in plain numbers.
+pub(crate) const DATA: &str = "#data";
+
+/// Reads a line; `span` is its place. A line that is partly wrong gives what could be read.
+pub(crate) fn line(text: &str, span: Span, problems: &mut Vec<Problem>) -> Line {
+    if let Some(body) = include(text, span, problems) {
+        return Line { labels: Vec::new(), body };
+    }
+    let words = tokens(text, span);
+    let (labels, rest) = labels(&words);
+    let body = match body(rest, problems) {
+        Ok(body) => body,
+        Err(problem) => {
+            problems.push(problem);
+            None
+        }
+    };
+    Line { labels, body }
+}
+
+/// `Some` if the line is an `#include`.
+fn include(text: &str, span: Span, problems: &mut Vec<Problem>) -> Option<Option<Body>> {
+    let rest = text.trim_start();
+    let operand = rest.get(..8).filter(|word| word.eq_ignore_ascii_case("#include")).and(rest.get(8..))?;
+    match file_name(operand) {
+        Some(name) => {
+            let start = span.start + (name.as_ptr().addr() - text.as_ptr().addr());
+            let span = Span { start, end: start + name.len(), ..span };
+            Some(Some(Body::Include(Name { text: name.to_owned(), span })))
+        }
+        None => {
+            let start = span.start + text.len() - rest.len();
+            let span = Span { start, end: start + 8, ..span };
+            let problem = Problem::error(Code::Syntax, span, "the name of a file is missing here");
+            problems.push(problem.help("write #include TMCLParam.tmc or #include \"my file.tmc\""));
+            Some(None)
+        }
+    }
+}
+
+/// The name with or without quotes, in front of a comment.
+fn file_name(operand: &str) -> Option<&str> {
+    let name = match operand.trim_start().strip_prefix('"') {
+        Some(quoted) => quoted.split_once('"').filter(|(_, rest)| lexer::code(rest).trim().is_empty())?.0,
+        None => lexer::code(operand).trim(),
+    };
+    (!name.is_empty()).then_some(name)
+}
+
+/// The labels at the start of a line, and the rest.
+fn labels<'a, 't>(mut tokens: &'t [Token<'a>]) -> (Vec<Name>, &'t [Token<'a>]) {
+    let mut labels = Vec::new();
+    while let [Token { kind: Kind::Name(name), span, .. }, Token { kind: Kind::Sign(':'), .. }, rest @ ..] = tokens {
+        labels.push(Name { text: (*name).to_owned(), span: *span });
+        tokens = rest;
+    }
+    (labels, tokens)
+}
+
+fn body(tokens: &[Token], problems: &mut Vec<Problem>) -> Result<Option<Body>, Problem> {
+    match tokens {
+        [] => Ok(None),
+        [Token { kind: Kind::Name(name), span, .. }, Token { kind: Kind::Sign('='), span: equals, .. }, value @ ..] => {
+            let name = Name { text: (*name).to_owned(), span: *span };
+            Ok(Some(Body::Constant(name, expression(value, *equals, problems))))
+        }
+        [Token { kind: Kind::Name(name), span, .. }, operands @ ..] => {
+            let mnemonic = Name { text: (*name).to_owned(), span: *span };
+            Ok(Some(command(mnemonic, operands, problems)))
+        }
+        [
+            Token { kind: Kind::Sign('#'), span: hash, .. },
+            Token { kind: Kind::Name(name), span, .. },
+            operands @ ..,
+        ] => {
+            let directive = Name { text: format!("#{}", name.to_lowercase()), span: hash.to(*span) };
+            directive_body(directive, operands, problems)
+        }
+        [first, ..] => Err(unexpected(first).help("a line is a command, `NAME = value`, `label:` or `#include file`")),
+    }
+}
+
+fn directive_body(directive: Name, operands: &[Token], problems: &mut Vec<Problem>) -> Result<Option<Body>, Problem> {
+    if directive.text == DATA {
+        return Ok(Some(command(directive, operands, problems)));
+    }
+    let problem = Problem::error(Code::Syntax, directive.span, format!("no directive named `{}`", directive.text));
+    Err(problem.maybe_help(crate::nearest::hint(&directive.text, ["#include", DATA])))
+}
+
+fn command(mnemonic: Name, tokens: &[Token], problems: &mut Vec<Problem>) -> Body {
+    let mut operands = Vec::new();
+    let mut before = mnemonic.span;
+    if !tokens.is_empty() {
+        for operand in tokens.split_inclusive(|token| token.kind == Kind::Sign(',')) {
+            let (words, comma) = match operand {
+                [words @ .., Token { kind: Kind::Sign(','), span, .. }] => (words, *span),
+                words => (words, before),
+            };
+            operands.push(expression(words, comma, problems));
+            before = comma;
+        }
+        if let Some(Token { kind: Kind::Sign(','), span, .. }) = tokens.last() {
+            operands.push(expression(&[], *span, problems));
+        }
+    }
+    Body::Command(Command { mnemonic, operands })
+}
+
+fn expression(tokens: &[Token], at: Span, problems: &mut Vec<Problem>) -> Expression {
+    Expression::parse(tokens, at).unwrap_or_else(|problem| {
+        let span = problem.span;
+        problems.push(problem);
+        Expression::broken(span)
+    })
+}

@@ -1,0 +1,84 @@
+//! Source texts and the places in them.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::Span;
+
+/// A file of a program, decoded.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Where it was found; for a built-in file only its name.
+    pub path: PathBuf,
+    /// The text. Spans count its bytes, which are not those of the file if that was Windows-1252.
+    pub text: Arc<str>,
+    /// True for the files that the assembler makes from the catalogue.
+    pub built_in: bool,
+}
+
+impl Source {
+    /// Decodes a file.
+    pub fn new(path: impl Into<PathBuf>, bytes: &[u8]) -> Self {
+        Self { path: path.into(), text: decode(bytes).into(), built_in: false }
+    }
+
+    /// Line and column of a byte, both from 1; columns count characters.
+    pub fn position(&self, offset: usize) -> (usize, usize) {
+        let before = &self.text[..self.text.floor_char_boundary(offset)];
+        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+    }
+
+    /// The text of a span.
+    pub fn slice(&self, span: Span) -> &str {
+        self.text.get(span.start..span.end).unwrap_or("")
+    }
+}
+
+/// UTF-8 where it is valid UTF-8, with or without a byte order mark, else Windows-1252.
+fn decode(bytes: &[u8]) -> Cow<'_, str> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    match str::from_utf8(bytes) {
+        Ok(text) => text.into(),
+        Err(_) => bytes.iter().map(|byte| windows_1252(*byte)).collect::<String>().into(),
+    }
+}
+
+/// The bytes 0x80..=0x9f, where Windows-1252 is not Latin-1. Five of them mean nothing and stay control characters.
+const WINDOWS_1252: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}', '\u{90}', '‘', '’',
+    '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+];
+
+fn windows_1252(byte: u8) -> char {
+    match byte {
+        0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_decoded_from_utf8_or_windows_1252() {
+        for (bytes, text) in [
+            (&b"ROR 0, 1"[..], "ROR 0, 1"),
+            ("// Größe".as_bytes(), "// Größe"),
+            (b"\xef\xbb\xbfSTOP", "STOP"),
+            (b"// Gr\xf6\xdfe, 5 \x80, \x84a\x93", "// Größe, 5 €, „a“"),
+        ] {
+            assert_eq!(decode(bytes), text);
+        }
+    }
+
+    #[test]
+    fn position_counts_lines_and_characters_from_one() {
+        let source = Source::new("a.tmc", "ä b\r\nc".as_bytes());
+        for (offset, position) in [(0, (1, 1)), (1, (1, 1)), (2, (1, 2)), (3, (1, 3)), (6, (2, 1)), (99, (2, 2))] {
+            assert_eq!(source.position(offset), position, "byte {offset}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The programs of the manuals: `examples/` of this project and, where they are present, the reference copies.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use gradus_asm::{Assembly, Options, assemble, assemble_line, disassemble, from_bin, to_bin};
+use gradus_tmcl::catalogue::{MODULES, Module};
+use gradus_tmcl::{Instruction, Request};
+
+const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
+const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference");
+
+fn assembled(path: &Path, module: &'static Module) -> Assembly {
+    let text = fs::read(path).unwrap();
+    assemble(path, &text, module, &Options::default(), &|path| fs::read(path))
+}
+
+/// The `.tmc` files of a folder; none if there is no such folder.
+fn programs(folder: &str) -> Vec<PathBuf> {
+    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
+    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| path.extension().is_some_and(|extension| extension == "tmc"));
+    paths.sort();
+    paths
+}
+
+fn examples() -> impl Iterator<Item = (PathBuf, &'static Module)> {
+    let folders = [("", "TMCM-3351"), ("tmcm-351", "TMCM-351"), ("tmcm-1617", "TMCM-1617")];
+    folders.into_iter().flat_map(|(folder, module)| {
+        let module = Module::named(module).unwrap();
+        programs(&format!("{EXAMPLES}/{folder}")).into_iter().map(move |path| (path, module))
+    })
+}
+
+/// The reference programs with their modules; `tmcm351rev106-...` is one for the TMCM-351.
+fn reference() -> impl Iterator<Item = (PathBuf, &'static Module)> {
+    programs(&format!("{REFERENCE}/programs")).into_iter().map(|path| {
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        let number = name.trim_start_matches("tmcm").split(['-', 'r']).next().unwrap().to_owned();
+        (path, Module::named(&format!("TMCM-{number}")).unwrap())
+    })
+}
+
+#[test]
+fn every_program_assembles_for_its_module() {
+    let mut count = 0;
+    for (path, module) in examples().chain(reference()) {
+        let assembly = assembled(&path, module);
+        assert!(!assembly.has_errors(), "{}: {:#?}", path.display(), assembly.problems);
+        // The programs of the TMCM-1617 manual use numbers of stepper modules, which can only be read there.
+        assert!(assembly.problems.is_empty() || module.name == "TMCM-1617", "{:#?}", assembly.problems);
+        assert_eq!(from_bin(&to_bin(&assembly.program)).as_ref(), Ok(&assembly.program));
+        count += 1;
+    }
+    assert!(count >= 33, "{count} programs");
+}
+
+#[test]
+fn the_examples_are_the_programs_of_the_manuals() {
+    let examples: Vec<_> = examples().map(|(path, module)| (module.name, assembled(&path, module).program)).collect();
+    for (path, module) in reference() {
+        // There the three names of TMCLParam.tmc have the numbers of the stepper modules.
+        let text = fs::read(&path).unwrap();
+        let built_in = |_: &Path| Err(std::io::ErrorKind::NotFound.into());
+        let program = assemble(&path, &text, module, &Options::default(), &built_in).program;
+        assert!(examples.contains(&(module.name, program)), "{}", path.display());
+    }
+}
+
+#[test]
+fn every_program_is_disassembled_into_the_same_program() {
+    for (path, module) in examples() {
+        let program = assembled(&path, module).program;
+        let text = disassemble(&program, module);
+        let again = assemble("again.tmc", text.as_bytes(), module, &Options::default(), &|path| fs::read(path));
+        assert_eq!(again.program, program, "{}:\n{text}", path.display());
+        assert!(!text.contains("#data"), "{text}");
+    }
+}
+
+#[test]
+fn every_command_of_the_vectors_is_assembled_to_its_bytes() {
+    let Ok(vectors) = fs::read_to_string(format!("{REFERENCE}/vectors.csv")) else { return };
+    let mut count = 0;
+    for row in vectors.lines().skip(1) {
+        let Some((module, mnemonic, bytes)) = command(row) else { continue };
+        let datagram: Vec<_> = bytes.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+        let wanted = Request::parse(&datagram.try_into().unwrap()).unwrap().instruction;
+        assert_eq!(assemble_line(mnemonic, module), Ok(wanted), "{mnemonic}");
+        in_a_program(mnemonic, module, wanted);
+        count += 1;
+    }
+    assert!(count > 90, "{count} commands");
+}
+
+fn in_a_program(mnemonic: &str, module: &'static Module, wanted: Instruction) {
+    let assembly = assemble("vector.tmc", mnemonic.as_bytes(), module, &Options::default(), &|path| fs::read(path));
+    assert_eq!(assembly.program[0], wanted);
+    assert!(!assembly.has_errors(), "{mnemonic}: {:?}", assembly.problems);
+}
+
+/// Module, mnemonic and bytes of a row that is a command with a mnemonic.
+fn command(row: &str) -> Option<(&'static Module, &str, &str)> {
+    let (module, rest) = row.split_once(",command,")?;
+    let (mnemonic, rest) = match rest.strip_prefix('"') {
+        Some(quoted) => quoted.split_once("\",")?,
+        None => rest.split_once(',')?,
+    };
+    let bytes = rest.split(',').next()?;
+    let module = MODULES.iter().find(|row| row.name == module)?;
+    (!mnemonic.is_empty()).then_some((*module, mnemonic, bytes))
+}

@@ -1,0 +1,79 @@
+//! Travel: where the switches of an axis stand.
+
+/// A switch along the travel.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Switch {
+    /// End of the travel in negative direction.
+    Left,
+    /// End of the travel in positive direction.
+    Right,
+    /// Somewhere between.
+    Home,
+}
+
+impl Switch {
+    /// All switches, in the order of their numbers.
+    pub const ALL: [Self; 3] = [Self::Left, Self::Right, Self::Home];
+}
+
+/// The vane of a home switch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Home {
+    /// Its middle, in microsteps.
+    pub middle: i64,
+    /// Its width in microsteps; 0 closes the switch in one position only.
+    pub width: u32,
+}
+
+/// Where the switches stand, in microsteps; `None`: there is no such switch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Travel {
+    /// The left switch is closed here and in all positions below.
+    pub left: Option<i64>,
+    /// The right switch is closed here and in all positions above.
+    pub right: Option<i64>,
+    /// The home switch is closed over the width of its vane.
+    pub home: Option<Home>,
+}
+
+impl Travel {
+    /// True when the carriage closes the switch at `position`.
+    pub fn closes(&self, switch: Switch, position: i64) -> bool {
+        match switch {
+            Switch::Left => self.left.is_some_and(|end| position <= end),
+            Switch::Right => self.right.is_some_and(|end| position >= end),
+            Switch::Home => self.home.is_some_and(|home| 2 * position.abs_diff(home.middle) <= u64::from(home.width)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn carriage_closes_switches_along_its_travel() {
+        let travel = Travel { left: Some(-1000), right: Some(2000), home: Some(Home { middle: 500, width: 20 }) };
+        let cases = [
+            (-1001, [true, false, false]),
+            (-1000, [true, false, false]),
+            (-999, [false, false, false]),
+            (489, [false, false, false]),
+            (490, [false, false, true]),
+            (510, [false, false, true]),
+            (511, [false, false, false]),
+            (1999, [false, false, false]),
+            (2000, [false, true, false]),
+        ];
+        for (position, closed) in cases {
+            assert_eq!(Switch::ALL.map(|switch| travel.closes(switch, position)), closed, "at {position}");
+        }
+    }
+
+    #[test]
+    fn travel_without_switches_closes_nothing() {
+        for position in [i64::MIN / 2, 0, i64::MAX / 2] {
+            assert_eq!(Switch::ALL.map(|switch| Travel::default().closes(switch, position)), [false; 3]);
+        }
+    }
+}
