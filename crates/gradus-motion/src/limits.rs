@@ -144,7 +144,7 @@ impl TickRate {
 }
 
 fn per_tick(value: u32, ticks: u64) -> i64 {
-    let scaled = (u128::from(value) << FRACTION_BITS).div_ceil(u128::from(ticks));
+    let scaled = (u128::from(value) << FRACTION_BITS).div_ceil(u128::from(ticks.max(1)));
     scaled.min(MAX_PER_TICK as u128) as i64
 }
 

@@ -56,7 +56,12 @@ impl Zone {
     /// Number of this zone's rungs lower than `speed`.
     fn rungs_below(&self, speed: i64) -> i64 {
         let above = (speed - self.base).max(0);
-        above / self.step + i64::from(above % self.step != 0)
+        above / self.divisor() + i64::from(above % self.divisor() != 0)
+    }
+
+    /// The step, which is never zero; saying so leaves no panic in the code.
+    fn divisor(&self) -> i64 {
+        self.step.max(1)
     }
 
     /// Distance to rest when the `count` lowest rungs of this zone are still to come.
@@ -108,7 +113,7 @@ impl Brake {
         if speed - next < zone.step {
             Phase::one_tick(speed, next)
         } else {
-            Phase::new(-zone.step, (speed - zone.base.max(extra)) / zone.step)
+            Phase::new(-zone.step, (speed - zone.base.max(extra)) / zone.divisor())
         }
     }
 
@@ -125,7 +130,7 @@ impl Brake {
         }
         let rung = largest(zone.rungs_below(reach) - 1, |rung| fits(zone.rung(rung), zone.distance_of(rung)));
         let speed = distance - zone.distance_of(rung + 1);
-        speed.clamp(i128::from(zone.rung(rung)), i128::from(reach)) as i64
+        speed.min(i128::from(reach)).max(i128::from(zone.rung(rung))) as i64
     }
 }
 
@@ -158,7 +163,7 @@ impl Leg<'_> {
         }
         let slack = self.distance - self.brake.distance(speed);
         if speed > self.top_speed || slack < i128::from(speed) {
-            let extra = slack.clamp(0, i128::from(self.top_speed)) as i64;
+            let extra = slack.min(i128::from(self.top_speed)).max(0) as i64;
             return self.brake.phase(speed, extra);
         }
         self.speed_up(speed).unwrap_or_else(|| cruise(speed, slack))

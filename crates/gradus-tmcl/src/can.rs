@@ -45,6 +45,6 @@ impl Frame {
 
     /// The data bytes.
     pub fn data(&self) -> &[u8] {
-        &self.data[..usize::from(self.len)]
+        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 }

@@ -21,14 +21,16 @@ impl Framer {
             self.len = 0;
         }
         self.last_us = now_us;
-        self.bytes[self.len] = byte;
+        if let Some(next) = self.bytes.get_mut(self.len) {
+            *next = byte;
+        }
         self.len = (self.len + 1) % self.bytes.len();
         (self.len == 0).then_some(self.bytes)
     }
 
     /// Bytes of an unfinished datagram.
     pub fn pending(&self) -> &[u8] {
-        &self.bytes[..self.len]
+        self.bytes.get(..self.len).unwrap_or(&[])
     }
 
     /// Forgets an unfinished datagram.

@@ -1,0 +1,39 @@
+//! The firmware of a TMCL module.
+//!
+//! [`Module`] is a whole module: direct mode, the interpreter of stored programs, axis and global parameters, the EEPROM,
+//! motion. Time is an argument and the hardware is a set of small traits, so that the same code runs on a chip, behind a
+//! pseudo-terminal and at a thousand times real time in a test.
+//!
+//! Not here: byte order and numbers of the protocol (`gradus-tmcl`), the mathematics of ramps (`gradus-motion`), motors and
+//! switches (`gradus-plant`).
+
+#![no_std]
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+#[cfg(test)]
+extern crate std;
+
+mod axis;
+mod coordinates;
+mod cpu;
+mod eeprom;
+mod encoder;
+mod events;
+mod execute;
+mod globals;
+mod heartbeat;
+mod interpreter;
+mod interrupts;
+mod io;
+mod link;
+mod module;
+mod motion;
+mod ports;
+mod program;
+mod reference_search;
+
+pub use eeprom::store_size;
+pub use link::{Link, LinkKind, Telegram};
+pub use module::Module;
+pub use ports::{AxisInputs, DriverState, Io, Ports, StepperStage, Store, Switches};

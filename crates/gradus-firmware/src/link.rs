@@ -1,0 +1,141 @@
+//! A host's end of the line: framing of what comes, waiting of what goes.
+
+use gradus_tmcl::{Framer, Instruction, Reply, Status, can};
+use heapless::Deque;
+
+/// What kind of line it is (BEHAVIOUR: USB-like, RS-485-like, CAN).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LinkKind {
+    /// Point to point: USB, RS232, TCP, a pseudo-terminal. Every datagram is answered, whatever its address.
+    Usb,
+    /// A segment with several modules: only the own addresses are answered.
+    Rs485,
+    /// CAN: the identifier is the address.
+    Can,
+}
+
+/// One client of a module. The caller owns it, one for each client, and gives it to every call.
+#[derive(Debug)]
+pub struct Link {
+    pub(crate) id: u32,
+    pub(crate) kind: LinkKind,
+    pub(crate) framer: Framer,
+    outgoing: Deque<Outgoing, 4>,
+}
+
+/// A reply that waits to be taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outgoing {
+    pub(crate) not_before_us: u64,
+    pub(crate) telegram: Telegram,
+}
+
+/// A reply as it goes over the line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Telegram {
+    /// Nine bytes of a serial line.
+    Serial([u8; 9]),
+    /// A frame of a CAN bus.
+    Can(can::Frame),
+}
+
+/// The contents of an answer, before it is put into bytes or a frame.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Answer {
+    /// Nothing is sent.
+    None,
+    /// Status and value.
+    Plain(Status, i32),
+    /// What follows the host address in a special reply: commands 134 and 136.
+    Special([u8; 8]),
+}
+
+impl Link {
+    /// A link with a number that no other link of the module has. A pause of more than `gap_us` microseconds inside a
+    /// datagram throws its beginning away; 0 switches that off.
+    pub fn new(id: u32, kind: LinkKind, gap_us: u32) -> Self {
+        Self { id, kind, framer: Framer::new(gap_us), outgoing: Deque::new() }
+    }
+
+    /// When the next waiting reply may go out, if one waits.
+    pub fn ready_at(&self) -> Option<u64> {
+        self.outgoing.front().map(|reply| reply.not_before_us)
+    }
+
+    pub(crate) fn is_full(&self) -> bool {
+        self.outgoing.is_full()
+    }
+
+    pub(crate) fn send(&mut self, telegram: Telegram, not_before_us: u64) {
+        // `receive` takes no datagram while the queue is full.
+        let _ = self.outgoing.push_back(Outgoing { not_before_us, telegram });
+    }
+
+    pub(crate) fn take(&mut self, now: u64) -> Option<Telegram> {
+        if self.outgoing.front()?.not_before_us > now {
+            return None;
+        }
+        self.outgoing.pop_front().map(|reply| reply.telegram)
+    }
+}
+
+impl Telegram {
+    /// The nine bytes of a serial telegram.
+    pub(crate) fn serial(self) -> Option<[u8; 9]> {
+        match self {
+            Self::Serial(bytes) => Some(bytes),
+            Self::Can(_) => None,
+        }
+    }
+
+    /// The frame of a CAN telegram.
+    pub(crate) fn frame(self) -> Option<can::Frame> {
+        match self {
+            Self::Can(frame) => Some(frame),
+            Self::Serial(_) => None,
+        }
+    }
+}
+
+/// The addresses that stand in an answer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Addresses {
+    pub(crate) host: u8,
+    pub(crate) module: u8,
+}
+
+/// The serial bytes of an answer, `None` when nothing is sent.
+pub(crate) fn serial_answer(answer: Answer, request: &Instruction, addresses: Addresses) -> Option<[u8; 9]> {
+    match answer {
+        Answer::None => None,
+        Answer::Plain(status, value) => Some(reply(status, value, request, addresses).emit()),
+        Answer::Special(body) => {
+            let mut bytes = [addresses.host; 9];
+            bytes[1..].copy_from_slice(&body);
+            Some(bytes)
+        }
+    }
+}
+
+/// The frame of an answer to `frame`, `None` when nothing is sent.
+pub(crate) fn can_answer(
+    answer: Answer,
+    request: &Instruction,
+    frame: &can::Frame,
+    reply_id: u32,
+    module: u8,
+) -> Option<can::Frame> {
+    match answer {
+        Answer::None => None,
+        Answer::Plain(status, value) => {
+            Some(frame.answer(reply_id, &reply(status, value, request, Addresses { host: 0, module })))
+        }
+        Answer::Special(body) => can::Frame::new(reply_id, frame.extended, body.get(..frame.data().len())?),
+    }
+}
+
+fn reply(status: Status, value: i32, request: &Instruction, addresses: Addresses) -> Reply {
+    // A datagram with a wrong checksum is answered as command 0 (BEHAVIOUR 1).
+    let command = if status == Status::WRONG_CHECKSUM { gradus_tmcl::Opcode::NOP } else { request.opcode };
+    Reply { host: addresses.host, module: addresses.module, status, command, value }
+}

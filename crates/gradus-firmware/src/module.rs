@@ -1,0 +1,335 @@
+//! A module: links at one side, hardware at the other, time as an argument.
+
+use gradus_motion::Line;
+use gradus_tmcl::catalogue::{self, Ap, Gp};
+use gradus_tmcl::{Opcode, Reply, Request, Status, can};
+
+use crate::axis::Axis;
+use crate::coordinates::{Coordinates, NO_COORDINATES};
+use crate::cpu::Variables;
+use crate::eeprom::Eeprom;
+use crate::events::PositionEvents;
+use crate::globals::Globals;
+use crate::heartbeat::Heartbeats;
+use crate::interrupts::Interrupts;
+use crate::io::Outputs;
+use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
+use crate::ports::{Io, Ports, Store, Switches};
+use crate::program::{NEVER, Program, State};
+
+/// Axes of the largest module.
+pub(crate) const MAX_AXES: usize = 3;
+
+/// What the module has seen of its surroundings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Inputs {
+    pub(crate) enabled: bool,
+    pub(crate) levels: u8,
+    pub(crate) switches: [Switches; MAX_AXES],
+}
+
+/// The firmware of one module on its hardware.
+///
+/// The caller hands in time as microseconds since power-on: [`poll`](Self::poll) first, then
+/// [`receive`](Self::receive) and [`transmit`](Self::transmit). Nothing in here reads a clock, allocates or panics.
+#[derive(Debug)]
+pub struct Module<P, S> {
+    pub(crate) catalogue: &'static catalogue::Module,
+    pub(crate) ports: P,
+    pub(crate) eeprom: Eeprom<S>,
+    pub(crate) now: u64,
+    /// When the next control tick is due; never while all axes rest.
+    pub(crate) tick_at_us: u64,
+    pub(crate) axes: [Axis; MAX_AXES],
+    pub(crate) line: Option<Line<MAX_AXES>>,
+    pub(crate) coordinates: Coordinates,
+    pub(crate) globals: Globals,
+    pub(crate) variables: Variables,
+    pub(crate) program: Program,
+    pub(crate) interrupts: Interrupts,
+    pub(crate) events: PositionEvents,
+    pub(crate) heartbeats: Heartbeats,
+    pub(crate) inputs: Inputs,
+    pub(crate) outputs: Outputs,
+    pub(crate) tick_timer_zero_ms: u64,
+    pub(crate) random: u64,
+    /// Command 255 has been answered.
+    pub(crate) restart_due: bool,
+}
+
+// Life.
+impl<P: Ports, S: Store> Module<P, S> {
+    /// Switches a module on: reads what the store holds, and starts the program if global parameter 77 says so.
+    pub fn new(catalogue: &'static catalogue::Module, ports: P, store: S) -> Self {
+        let mut module = Self {
+            catalogue,
+            ports,
+            eeprom: Eeprom::new(catalogue, store),
+            now: 0,
+            tick_at_us: NEVER,
+            axes: core::array::from_fn(|_| Axis::new(catalogue)),
+            line: None,
+            coordinates: NO_COORDINATES,
+            globals: Globals::factory(catalogue),
+            variables: [0; 256],
+            program: Program::new(catalogue.program_len),
+            interrupts: Interrupts::default(),
+            events: PositionEvents::default(),
+            heartbeats: Heartbeats::default(),
+            inputs: Inputs::default(),
+            outputs: Outputs::default(),
+            tick_timer_zero_ms: 0,
+            random: 0,
+            restart_due: false,
+        };
+        module.power_on();
+        module
+    }
+
+    fn power_on(&mut self) {
+        self.restore_globals();
+        self.restore_coordinates();
+        self.restore_program();
+        self.ports.io().set_outputs(0);
+        self.ports.io().set_adc_range(false);
+        self.inputs = Inputs { enabled: true, levels: self.ports.io().inputs(), ..Inputs::default() };
+        for index in 0..self.axis_count() {
+            let port = self.ports.axis(index);
+            if let Some(axis) = self.axes.get_mut(index) {
+                axis.start(port);
+            }
+            self.inputs.switches[index] = crate::ports::AxisInputs::switches(port);
+        }
+        self.sample_inputs();
+        if self.globals.get(Gp::AutoStart) != 0 {
+            self.start_program(State::Run);
+        }
+    }
+
+    /// Everything in RAM as after switching on; time goes on.
+    fn restart(&mut self) {
+        let catalogue = self.catalogue;
+        self.tick_at_us = NEVER;
+        for axis in &mut self.axes {
+            axis.restart(catalogue);
+        }
+        self.line = None;
+        self.coordinates = NO_COORDINATES;
+        self.globals = Globals::factory(catalogue);
+        self.variables = [0; 256];
+        self.program.restart();
+        self.interrupts = Interrupts::default();
+        self.events = PositionEvents::default();
+        self.heartbeats = Heartbeats::default();
+        self.outputs = Outputs::default();
+        self.tick_timer_zero_ms = self.now / 1000;
+        self.random = 0;
+        self.restart_due = false;
+        self.power_on();
+    }
+
+    /// The hardware and the store, when the module is switched off.
+    pub fn into_parts(self) -> (P, S) {
+        (self.ports, self.eeprom.store)
+    }
+
+    /// The hardware.
+    pub fn ports(&mut self) -> &mut P {
+        &mut self.ports
+    }
+
+    /// The memory that survives a loss of power.
+    pub fn store(&mut self) -> &mut S {
+        &mut self.eeprom.store
+    }
+
+    /// What the module is.
+    pub fn catalogue(&self) -> &'static catalogue::Module {
+        self.catalogue
+    }
+
+    /// An axis parameter, for tools and tests; `None` if there is no such axis or the module has no such parameter.
+    pub fn get_axis(&mut self, axis: usize, id: Ap) -> Option<i32> {
+        let exists = self.catalogue.axis_parameters.iter().any(|row| row.id == id);
+        if exists { self.get_id(u8::try_from(axis).ok()?, id).ok() } else { None }
+    }
+
+    /// Levels of the digital outputs, bit 0 is output 0.
+    pub fn outputs(&self) -> u8 {
+        self.outputs.levels
+    }
+}
+
+// Time.
+impl<P: Ports, S: Store> Module<P, S> {
+    /// Does everything that is due up to `now`, in order of time: control ticks, timers, the program. The work is bounded by
+    /// the time that has passed since the last call. Inputs are looked at once, at the start, as they are since the last
+    /// call: to change one at a certain time, poll up to that time, change it, poll on.
+    pub fn poll(&mut self, now: u64) {
+        let now = now.min(NEVER - 1);
+        if self.restart_due {
+            self.restart();
+        }
+        self.sample_inputs();
+        self.check_wait();
+        self.enter_handler();
+        loop {
+            let due = self.due_at();
+            if due > now {
+                break;
+            }
+            self.now = due.max(self.now);
+            self.step(now);
+        }
+        self.now = now.max(self.now);
+    }
+
+    /// When [`poll`](Self::poll) has work next; `None` if only a datagram or a change of an input can wake the module.
+    /// Replies that are held back are not counted, see [`Link::ready_at`].
+    pub fn poll_at(&self) -> Option<u64> {
+        if self.restart_due {
+            return Some(self.now);
+        }
+        Some(self.due_at()).filter(|due| *due != NEVER)
+    }
+
+    fn due_at(&self) -> u64 {
+        self.tick_at_us.min(self.program.at_us).min(self.timers_at())
+    }
+
+    /// When something besides control ticks and the program is due.
+    fn timers_at(&self) -> u64 {
+        let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline());
+        let axes = self.axes.iter().filter_map(Axis::due_at).min().unwrap_or(NEVER);
+        wait.min(axes).min(self.interrupts.due_at().unwrap_or(NEVER)).min(self.heartbeats.due_at(&self.globals))
+    }
+
+    /// What is due at the present time, in a fixed order; then the program up to whatever else is due next.
+    fn step(&mut self, now: u64) {
+        if self.tick_at_us <= self.now {
+            self.control_tick();
+            self.check_wait();
+            self.enter_handler();
+        }
+        let timers_at = self.timers_at();
+        if timers_at <= self.now {
+            self.run_timers();
+        } else if self.program.at_us != NEVER {
+            self.run_program(self.tick_at_us.min(timers_at).min(now.saturating_add(1)));
+            self.enter_handler();
+        }
+    }
+
+    fn run_timers(&mut self) {
+        for index in 0..self.axis_count() {
+            if let Some(axis) = self.axes.get_mut(index) {
+                axis.run_timer(self.now, self.ports.axis(index));
+            }
+        }
+        self.interrupts.run_timers(self.now, self.program.is_running());
+        if self.heartbeats.expired(self.now, &self.globals) {
+            self.stop_all();
+        }
+        self.check_wait();
+        self.enter_handler();
+    }
+
+    /// Schedules control ticks when an axis needs them: at multiples of the tick's length.
+    pub(crate) fn wake_axes(&mut self) {
+        if self.tick_at_us == NEVER && self.axes.iter().any(Axis::is_active) {
+            let tick_us = u64::from(self.catalogue.tick_us.max(1));
+            self.tick_at_us = (self.now / tick_us).saturating_add(1).saturating_mul(tick_us);
+        }
+    }
+}
+
+// Links.
+impl<P: Ports, S: Store> Module<P, S> {
+    /// Takes bytes from a serial line, in any portions; gives back how many it has taken. It takes fewer while replies wait:
+    /// call [`transmit`](Self::transmit), then give it the rest.
+    pub fn receive(&mut self, link: &mut Link, bytes: &[u8]) -> usize {
+        for (taken, byte) in bytes.iter().enumerate() {
+            if link.is_full() {
+                return taken;
+            }
+            if let Some(datagram) = link.framer.push(*byte, self.now) {
+                self.receive_datagram(link, &datagram);
+            }
+        }
+        bytes.len()
+    }
+
+    fn receive_datagram(&mut self, link: &mut Link, datagram: &[u8; 9]) {
+        if link.kind == LinkKind::Rs485 && !self.is_addressed(datagram[0]) {
+            return;
+        }
+        let addresses = Addresses { host: self.globals.get(Gp::HostAddress) as u8, module: self.own_address() };
+        let pause_us = u64::from(self.globals.get(Gp::TelegramPause).unsigned_abs()) * 1000;
+        let (answer, instruction) = match Request::parse(datagram) {
+            Ok(request) => (self.obey(link, &request.instruction), request.instruction),
+            Err(_) => (self.plain(Opcode::NOP, Status::WRONG_CHECKSUM, 0), Default::default()),
+        };
+        if let Some(reply) = serial_answer(answer, &instruction, addresses) {
+            let pause_us = if link.kind == LinkKind::Rs485 { pause_us } else { 0 };
+            link.send(Telegram::Serial(reply), self.now.saturating_add(pause_us));
+        }
+    }
+
+    /// Takes a CAN frame; one that is not for this module, or no command, is left alone.
+    pub fn receive_frame(&mut self, link: &mut Link, frame: &can::Frame) {
+        let secondary = self.globals.get(Gp::CanSecondaryId) as u32;
+        let own = self.globals.get(Gp::CanId) as u32;
+        let addressed = frame.id == own || (secondary != 0 && frame.id == secondary);
+        let Some(instruction) = frame.instruction().filter(|_| addressed) else { return };
+        let reply_id = self.globals.get(Gp::CanReplyId) as u32;
+        let answer = self.obey(link, &instruction);
+        if let Some(reply) = can_answer(answer, &instruction, frame, reply_id, own as u8) {
+            link.send(Telegram::Can(reply), self.now);
+        }
+    }
+
+    fn obey(&mut self, link: &Link, instruction: &gradus_tmcl::Instruction) -> Answer {
+        self.heartbeats.beat(link.kind, self.now);
+        self.answer(link.id, instruction)
+    }
+
+    /// The next reply or event of a serial line that may go out now.
+    pub fn transmit(&mut self, link: &mut Link) -> Option<[u8; 9]> {
+        if let Some(telegram) = link.take(self.now) {
+            return telegram.serial();
+        }
+        let event = self.event(link)?;
+        Some(event.emit())
+    }
+
+    /// The next reply or event of a CAN bus that may go out now.
+    pub fn transmit_frame(&mut self, link: &mut Link) -> Option<can::Frame> {
+        if let Some(telegram) = link.take(self.now) {
+            return telegram.frame();
+        }
+        let event = self.event(link)?;
+        let [_, body @ .., _] = event.emit();
+        can::Frame::new(self.globals.get(Gp::CanReplyId) as u32, false, &body)
+    }
+
+    fn event(&mut self, link: &Link) -> Option<Reply> {
+        let mask = self.events.take(link.id)?;
+        let module = if link.kind == LinkKind::Can { self.globals.get(Gp::CanId) as u8 } else { self.own_address() };
+        Some(Reply {
+            host: self.globals.get(Gp::HostAddress) as u8,
+            module,
+            status: Status::POSITION_REACHED,
+            command: Opcode::POSITION_EVENT,
+            value: i32::from(mask),
+        })
+    }
+
+    fn own_address(&self) -> u8 {
+        self.globals.get(Gp::SerialAddress) as u8
+    }
+
+    fn is_addressed(&self, address: u8) -> bool {
+        let secondary = self.globals.get(Gp::SerialSecondaryAddress) as u8;
+        address == self.own_address() || (secondary != 0 && address == secondary)
+    }
+}

@@ -1,0 +1,90 @@
+//! The hardware boundary: what a board, or a simulated machine, gives to the firmware.
+//!
+//! The traits are at the level of power stage and sensors. A module owns one [`Ports`] and one [`Store`].
+
+/// The hardware of a stepper module.
+pub trait Ports {
+    /// One power stage with the sensors of its axis.
+    type Axis: StepperStage + AxisInputs;
+    /// The ports of the module.
+    type Io: Io;
+
+    /// The hardware of an axis, below the module's number of axes.
+    fn axis(&mut self, axis: usize) -> &mut Self::Axis;
+
+    /// Digital and analogue ports.
+    fn io(&mut self) -> &mut Self::Io;
+}
+
+/// The power stage of a stepper motor with its driver chip.
+pub trait StepperStage {
+    /// Sets the coil vector. `phase` counts 1/256 full steps and wraps; its low ten bits are the electrical angle (1024 a
+    /// period), the higher bits tell a simulated motor how far the ramp went between two ticks. `current` is 0..=255, 255 is
+    /// the module's maximum. Called every control tick in which either changes.
+    fn set_coils(&mut self, phase: i32, current: u8);
+
+    /// What the driver chip reports now.
+    fn driver(&mut self) -> DriverState;
+}
+
+/// What a stepper driver chip reports.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct DriverState {
+    /// StallGuard2 value, 0..=1023; 0 is full load.
+    pub load: u16,
+    /// The flags of axis parameter 208.
+    pub flags: u8,
+}
+
+impl DriverState {
+    /// Flag: the motor stalls.
+    pub const STALL: u8 = 1;
+}
+
+/// Switches and encoder of an axis.
+pub trait AxisInputs {
+    /// The levels of the switch inputs.
+    fn switches(&mut self) -> Switches;
+
+    /// Encoder counter in counts (four a line), wrapping.
+    fn encoder(&mut self) -> i32;
+}
+
+/// Levels of the switch inputs of an axis; true is high.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Switches {
+    /// Left stop switch.
+    pub left: bool,
+    /// Right stop switch.
+    pub right: bool,
+    /// Home switch.
+    pub home: bool,
+}
+
+/// Digital and analogue ports of a module.
+pub trait Io {
+    /// Levels of the digital inputs, bit 0 is input 0.
+    fn inputs(&mut self) -> u8;
+
+    /// Sets the digital outputs, bit 0 is output 0.
+    fn set_outputs(&mut self, levels: u8);
+
+    /// An analogue input of bank 1, 0..=1023, in the range that [`set_adc_range`](Io::set_adc_range) chose.
+    fn analog(&mut self, port: u8) -> i32;
+
+    /// Range of ANA0 to ANA3: false 3.3 V, true 10 V.
+    fn set_adc_range(&mut self, ten_volts: bool);
+
+    /// Level of the ENABLE input; low switches the drivers off.
+    fn enable(&mut self) -> bool;
+}
+
+/// A byte-addressed memory that keeps its contents without power. An erased byte may have any value.
+pub trait Store {
+    /// Reads bytes from `address` on; what lies past the end reads as `0xff`.
+    fn read(&mut self, address: u32, bytes: &mut [u8]);
+
+    /// Writes one byte. When the call returns the byte is safe; when the power fails in it the byte is either the old or the
+    /// new one.
+    fn write(&mut self, address: u32, byte: u8);
+}
