@@ -1,0 +1,367 @@
+//! A module on its machine, in virtual time.
+
+use gradus_firmware::{Link, LinkKind, Module, store_size};
+use gradus_tmcl::catalogue::{self, Ap};
+
+use crate::{Eeprom, Machine};
+
+/// The firmware of a virtual module with its machine and memory.
+pub type Firmware = Module<Machine, Eeprom>;
+
+/// One module with its machine, in virtual time: microseconds since the bench was built.
+///
+/// Nothing happens unless time is moved with [`run_until`](Self::run_until). Two benches that get the same calls are equal
+/// to the bit.
+///
+/// ```
+/// use gradus_sim::{Bench, LinkKind};
+/// use gradus_tmcl::catalogue::{Ap, TMCM_3351};
+///
+/// let mut bench = Bench::with_defaults(&TMCM_3351);
+/// let mut link = bench.attach(LinkKind::Usb, 0);
+/// bench.send(&mut link, &[1, 4, 0, 0, 0, 0, 0xc8, 0, 0xcd]); // MVP ABS, 0, 51200
+/// assert_eq!(bench.take(&mut link), Some([2, 1, 100, 4, 0, 0, 0xc8, 0, 0x33]));
+/// bench.run_for(3_000_000);
+/// assert_eq!(bench.axis_parameter(0, Ap::ActualPosition), Some(51_200));
+/// ```
+#[derive(Debug)]
+pub struct Bench {
+    catalogue: &'static catalogue::Module,
+    now_us: u64,
+    board: Board,
+    links: u32,
+}
+
+/// The board with and without power. The firmware's time starts anew with the power.
+#[derive(Debug)]
+enum Board {
+    On { firmware: Box<Firmware>, since_us: u64 },
+    Off(Box<(Machine, Eeprom)>),
+}
+
+impl Bench {
+    /// Puts a module on a machine and switches it on.
+    pub fn new(catalogue: &'static catalogue::Module, machine: Machine, eeprom: Eeprom) -> Self {
+        let board = Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us: 0 };
+        Self { catalogue, now_us: 0, board, links: 0 }
+    }
+
+    /// A module with an erased EEPROM on a machine of rigid axes without switches.
+    pub fn with_defaults(catalogue: &'static catalogue::Module) -> Self {
+        let eeprom = Eeprom::new(store_size(catalogue) as usize);
+        Self::new(catalogue, Machine::new(catalogue.axes.into()), eeprom)
+    }
+
+    /// The module's tables.
+    pub fn catalogue(&self) -> &'static catalogue::Module {
+        self.catalogue
+    }
+}
+
+// Time.
+impl Bench {
+    /// Virtual time in microseconds.
+    pub fn now(&self) -> u64 {
+        self.now_us
+    }
+
+    /// When something happens next if nobody does anything; `None`: never, or not before the power is back.
+    pub fn next_event(&self) -> Option<u64> {
+        match &self.board {
+            Board::On { firmware, since_us } => {
+                firmware.poll_at().map(|at| since_us.saturating_add(at).max(self.now_us))
+            }
+            Board::Off(_) => None,
+        }
+    }
+
+    /// Moves time on to `end_us`; a time that has passed changes nothing.
+    pub fn run_until(&mut self, end_us: u64) {
+        self.now_us = self.now_us.max(end_us);
+        if let Board::On { firmware, since_us } = &mut self.board {
+            firmware.poll(self.now_us - *since_us);
+        }
+    }
+
+    /// Moves time on by so many microseconds.
+    pub fn run_for(&mut self, us: u64) {
+        self.run_until(self.now_us.saturating_add(us));
+    }
+}
+
+// Links.
+impl Bench {
+    /// Connects a new client. A pause of more than `gap_us` microseconds inside a datagram throws its beginning away; 0
+    /// switches that off.
+    pub fn attach(&mut self, kind: LinkKind, gap_us: u32) -> Link {
+        Link::new(self.new_link_id(), kind, gap_us)
+    }
+
+    /// A number for a link that no other link has.
+    pub(crate) fn new_link_id(&mut self) -> u32 {
+        self.links = self.links.wrapping_add(1);
+        self.links
+    }
+
+    /// Sends bytes to the module at this moment and says how many it has taken: fewer when replies wait to be
+    /// [taken](Self::take), all when there is no power.
+    pub fn send(&mut self, link: &mut Link, bytes: &[u8]) -> usize {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.receive(link, bytes),
+            Board::Off(_) => bytes.len(),
+        }
+    }
+
+    /// The next reply or event for the client that may go over the line at this moment.
+    #[inline]
+    pub fn take(&mut self, link: &mut Link) -> Option<[u8; 9]> {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.transmit(link),
+            Board::Off(_) => None,
+        }
+    }
+
+    /// When the next waiting reply of the client may go over the line, if one waits.
+    pub fn ready_at(&self, link: &Link) -> Option<u64> {
+        match &self.board {
+            Board::On { since_us, .. } => link.ready_at().map(|at| since_us.saturating_add(at)),
+            Board::Off(_) => None,
+        }
+    }
+}
+
+// Power.
+impl Bench {
+    /// True while the module has power.
+    pub fn has_power(&self) -> bool {
+        matches!(self.board, Board::On { .. })
+    }
+
+    /// Cuts the power: the RAM is lost, the motors are without current, the outputs low. Without effect if it is off.
+    pub fn power_off(&mut self) {
+        self.replace_board(|board| match board {
+            Board::On { firmware, .. } => {
+                let (mut machine, eeprom) = firmware.into_parts();
+                machine.lose_power();
+                Board::Off(Box::new((machine, eeprom)))
+            }
+            off @ Board::Off(_) => off,
+        });
+    }
+
+    /// Gives the power back: the module starts with what its EEPROM holds. Without effect if it is on.
+    pub fn power_on(&mut self) {
+        let (catalogue, since_us) = (self.catalogue, self.now_us);
+        self.replace_board(|board| match board {
+            Board::Off(parts) => {
+                let (machine, eeprom) = *parts;
+                Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us }
+            }
+            on @ Board::On { .. } => on,
+        });
+    }
+
+    fn replace_board(&mut self, replace: impl FnOnce(Board) -> Board) {
+        let nothing = Board::Off(Box::new((Machine::new(0), Eeprom::new(0))));
+        self.board = replace(std::mem::replace(&mut self.board, nothing));
+    }
+}
+
+// What a bench looks at and changes.
+impl Bench {
+    /// The machine: plants, inputs, outputs.
+    pub fn machine(&mut self) -> &mut Machine {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.ports(),
+            Board::Off(parts) => &mut parts.0,
+        }
+    }
+
+    /// The memory of the module.
+    pub fn eeprom(&mut self) -> &mut Eeprom {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.store(),
+            Board::Off(parts) => &mut parts.1,
+        }
+    }
+
+    /// The firmware, `None` without power.
+    pub fn firmware(&mut self) -> Option<&mut Firmware> {
+        match &mut self.board {
+            Board::On { firmware, .. } => Some(firmware),
+            Board::Off(_) => None,
+        }
+    }
+
+    /// An axis parameter as GAP reads it; `None` without power and for what the module lacks.
+    pub fn axis_parameter(&mut self, axis: usize, id: Ap) -> Option<i32> {
+        self.firmware()?.get_axis(axis, id)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gradus_plant::Travel;
+    use gradus_tmcl::catalogue::TMCM_3351;
+    use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
+
+    use super::*;
+
+    /// A bench with a host that sends one command at a time.
+    struct Host {
+        bench: Bench,
+        link: Link,
+    }
+
+    impl Host {
+        fn new() -> Self {
+            let mut bench = Bench::with_defaults(&TMCM_3351);
+            let link = bench.attach(LinkKind::Usb, 0);
+            Self { bench, link }
+        }
+
+        fn ask(&mut self, opcode: Opcode, kind: u8, motor: u8, value: i32) -> Option<(Status, i32)> {
+            let instruction = Instruction { opcode, kind, motor, value };
+            self.bench.send(&mut self.link, &Request { address: 1, instruction }.emit());
+            let reply = Reply::parse(&self.bench.take(&mut self.link)?).unwrap();
+            Some((reply.status, reply.value))
+        }
+
+        fn tell(&mut self, opcode: Opcode, kind: u8, motor: u8, value: i32) {
+            let answer = self.ask(opcode, kind, motor, value);
+            assert!(
+                answer.is_some_and(|(status, _)| status == Status::OK),
+                "{opcode:?} {kind} {motor} {value}: {answer:?}"
+            );
+        }
+
+        fn get(&mut self, axis: usize, id: Ap) -> i32 {
+            self.bench.axis_parameter(axis, id).unwrap()
+        }
+
+        fn shaft(&mut self, axis: usize) -> i64 {
+            self.bench.machine().axes[axis].plant.position()
+        }
+    }
+
+    const SECOND_US: u64 = 1_000_000;
+
+    #[test]
+    fn three_axes_move_their_shafts_and_encoders() {
+        let mut host = Host::new();
+        for (axis, target) in [(0, 51_200), (1, -25_600), (2, 7)] {
+            host.tell(Opcode::MVP, 0, axis, target);
+        }
+        host.bench.run_for(5 * SECOND_US);
+        assert_eq!([0, 1, 2].map(|axis| host.shaft(axis)), [51_200, -25_600, 7]);
+        assert_eq!(host.bench.machine().axes[1].plant.encoder_count(), -2048);
+        assert_eq!(host.get(0, Ap::PositionReached), 1);
+    }
+
+    #[test]
+    fn time_may_pass_in_any_portions() {
+        let positions = [1_500_000, 100_000, 7_919].map(|portion_us| {
+            let mut host = Host::new();
+            host.tell(Opcode::ROR, 0, 0, 30_000);
+            while host.bench.now() < 1_500_000 {
+                host.bench.run_until((host.bench.now() + portion_us).min(1_500_000));
+            }
+            (host.shaft(0), host.get(0, Ap::ActualPosition))
+        });
+        assert_eq!(positions[0], positions[1]);
+        assert_eq!(positions[0], positions[2]);
+        assert_ne!(positions[0].0, 0);
+    }
+
+    #[test]
+    fn time_never_goes_back() {
+        let mut bench = Bench::with_defaults(&TMCM_3351);
+        bench.run_until(500);
+        bench.run_until(100);
+        assert_eq!(bench.now(), 500);
+    }
+
+    #[test]
+    fn idle_module_has_nothing_due() {
+        let mut host = Host::new();
+        host.bench.run_for(3600 * SECOND_US);
+        assert_eq!(host.bench.next_event(), None);
+        host.tell(Opcode::MVP, 0, 0, 100);
+        assert!(host.bench.next_event().is_some_and(|at| at > host.bench.now()));
+    }
+
+    #[test]
+    fn right_switch_on_the_travel_stops_the_axis() {
+        let mut host = Host::new();
+        host.bench.machine().axes[0].plant.travel = Travel { right: Some(20_000), ..Travel::default() };
+        host.tell(Opcode::SAP, 12, 0, 3);
+        host.tell(Opcode::ROR, 0, 0, 20_000);
+        host.bench.run_for(10 * SECOND_US);
+        let shaft = host.shaft(0);
+        assert!((20_000..40_000).contains(&shaft), "shaft at {shaft}");
+        assert_eq!((host.get(0, Ap::RightSwitch), host.get(0, Ap::ActualSpeed)), (1, 0));
+    }
+
+    #[test]
+    fn power_cut_keeps_the_eeprom_and_the_shaft_only() {
+        let mut host = Host::new();
+        host.tell(Opcode::SGP, 3, 2, 42);
+        host.tell(Opcode::SGP, 4, 2, 43);
+        host.tell(Opcode::STGP, 3, 2, 0);
+        host.tell(Opcode::SIO, 0, 2, 1);
+        host.tell(Opcode::MVP, 0, 0, 51_200);
+        host.bench.run_for(10 * SECOND_US);
+
+        host.bench.power_off();
+        assert!(!host.bench.has_power());
+        assert_eq!(host.bench.machine().io.outputs(), 0);
+        assert_eq!(host.ask(Opcode::GGP, 3, 2, 0), None);
+        host.bench.run_for(SECOND_US);
+        assert_eq!((host.bench.next_event(), host.bench.axis_parameter(0, Ap::ActualPosition)), (None, None));
+
+        host.bench.power_on();
+        assert_eq!(host.ask(Opcode::GGP, 3, 2, 0), Some((Status::OK, 42)));
+        assert_eq!(host.ask(Opcode::GGP, 4, 2, 0), Some((Status::OK, 0)));
+        assert_eq!((host.get(0, Ap::ActualPosition), host.shaft(0)), (0, 51_200));
+        host.tell(Opcode::MVP, 0, 0, 1000);
+        host.bench.run_for(SECOND_US);
+        assert_eq!(host.shaft(0), 52_200);
+    }
+
+    #[test]
+    fn restart_by_command_leaves_the_shaft_where_it_is() {
+        let mut host = Host::new();
+        host.tell(Opcode::MVP, 0, 0, 51_200);
+        host.bench.run_for(10 * SECOND_US);
+        host.tell(Opcode::SOFTWARE_RESET, 0, 0, 1234);
+        host.bench.run_for(1000);
+        assert_eq!((host.get(0, Ap::ActualPosition), host.shaft(0)), (0, 51_200));
+    }
+
+    #[test]
+    fn module_time_starts_anew_with_the_power() {
+        let mut host = Host::new();
+        host.bench.run_for(100 * SECOND_US);
+        host.bench.power_off();
+        host.bench.power_on();
+        host.bench.run_for(2 * SECOND_US);
+        assert_eq!(host.ask(Opcode::GGP, 132, 0, 0), Some((Status::OK, 2000)));
+        host.tell(Opcode::MVP, 0, 0, 1000);
+        let due = host.bench.next_event().unwrap();
+        assert!((102 * SECOND_US..103 * SECOND_US).contains(&due), "due at {due}");
+    }
+
+    #[test]
+    fn reply_on_rs485_waits_for_the_telegram_pause() {
+        let mut host = Host::new();
+        host.tell(Opcode::SGP, 75, 0, 20);
+        host.link = host.bench.attach(LinkKind::Rs485, 0);
+        host.bench.run_until(SECOND_US);
+        assert_eq!(host.ask(Opcode::GGP, 75, 0, 0), None);
+        assert_eq!(host.bench.ready_at(&host.link), Some(SECOND_US + 20_000));
+        host.bench.run_for(19_999);
+        assert_eq!(host.bench.take(&mut host.link), None);
+        host.bench.run_for(1);
+        assert!(host.bench.take(&mut host.link).is_some());
+    }
+}

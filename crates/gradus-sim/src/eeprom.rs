@@ -1,0 +1,271 @@
+//! Simulated EEPROM, in memory or in a file.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use gradus_firmware::Store;
+
+/// What can go wrong with an EEPROM file.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // the messages say it
+pub enum EepromError {
+    #[error("cannot open the EEPROM file {path}")]
+    Open { path: PathBuf, source: io::Error },
+    #[error("the EEPROM file {path} is in use by another simulator; choose another file")]
+    InUse { path: PathBuf },
+    #[error("{path} has {found} bytes, the EEPROM of this module {expected}: it is not an EEPROM file of this module")]
+    Size { path: PathBuf, found: u64, expected: u64 },
+    #[error("cannot write the EEPROM file {path}")]
+    Write { path: PathBuf, source: io::Error },
+}
+
+/// An EEPROM that counts the writes of each cell.
+///
+/// With a file behind it every byte is in the file before [`Store::write`] returns: a killed simulator loses nothing, and
+/// [`sync`](Self::sync) keeps it even from a power cut of the computer.
+#[derive(Debug)]
+pub struct Eeprom {
+    cells: Vec<u8>,
+    writes: Vec<u32>,
+    /// Writes until the power fails.
+    writes_left: Option<u64>,
+    file: Option<Backing>,
+}
+
+#[derive(Debug)]
+struct Backing {
+    file: File,
+    path: PathBuf,
+    failure: Option<io::Error>,
+}
+
+impl Eeprom {
+    /// An erased EEPROM in memory.
+    pub fn new(size: usize) -> Self {
+        Self::with_cells(vec![0xff; size])
+    }
+
+    /// An EEPROM in memory that holds these bytes already.
+    pub fn with_cells(cells: Vec<u8>) -> Self {
+        Self { writes: vec![0; cells.len()], cells, writes_left: None, file: None }
+    }
+
+    /// The EEPROM in a file, which is created if it does not exist. No other process can open it meanwhile.
+    ///
+    /// # Errors
+    /// When the file cannot be opened, is in use, or has another size.
+    pub fn open(path: &Path, size: usize) -> Result<Self, EepromError> {
+        let mut file = open_locked(path)?;
+        let cells = read_cells(&mut file, path, size)?;
+        let backing = Backing { file, path: path.to_owned(), failure: None };
+        Ok(Self { file: Some(backing), ..Self::with_cells(cells) })
+    }
+
+    /// What the cells hold.
+    pub fn cells(&self) -> &[u8] {
+        &self.cells
+    }
+
+    /// How often the cell has been written; 0 past the end.
+    pub fn writes(&self, address: u32) -> u32 {
+        self.writes.get(address as usize).copied().unwrap_or(0)
+    }
+
+    /// How often all cells together have been written.
+    pub fn total_writes(&self) -> u64 {
+        self.writes.iter().map(|count| u64::from(*count)).sum()
+    }
+
+    /// Cuts the power after so many writes from now on: later ones leave no trace. `None` gives it back.
+    pub fn cut_power_after(&mut self, writes: Option<u64>) {
+        self.writes_left = writes;
+    }
+
+    /// Fails if the file did not take a byte since the last call.
+    ///
+    /// # Errors
+    /// The first failure.
+    pub fn check(&mut self) -> Result<(), EepromError> {
+        match &mut self.file {
+            Some(Backing { path, failure, .. }) => {
+                failure.take().map_or(Ok(()), |source| Err(EepromError::Write { path: path.clone(), source }))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Waits until the file is on the disk.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn sync(&mut self) -> Result<(), EepromError> {
+        self.check()?;
+        match &self.file {
+            Some(Backing { file, path, .. }) => {
+                file.sync_all().map_err(|source| EepromError::Write { path: path.clone(), source })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// True while there is power for another write.
+    fn has_power(&mut self) -> bool {
+        match &mut self.writes_left {
+            Some(0) => false,
+            Some(left) => {
+                *left -= 1;
+                true
+            }
+            None => true,
+        }
+    }
+}
+
+impl Store for Eeprom {
+    fn read(&mut self, address: u32, bytes: &mut [u8]) {
+        let cells = self.cells.get(address as usize..).unwrap_or(&[]);
+        for (index, byte) in bytes.iter_mut().enumerate() {
+            *byte = cells.get(index).copied().unwrap_or(0xff);
+        }
+    }
+
+    fn write(&mut self, address: u32, byte: u8) {
+        let index = address as usize;
+        if index >= self.cells.len() || !self.has_power() {
+            return;
+        }
+        self.cells[index] = byte;
+        self.writes[index] += 1;
+        if let Some(backing) = &mut self.file {
+            backing.write(address, byte);
+        }
+    }
+}
+
+impl Backing {
+    fn write(&mut self, address: u32, byte: u8) {
+        let written = self.file.seek(SeekFrom::Start(address.into())).and_then(|_| self.file.write_all(&[byte]));
+        if let Err(error) = written {
+            self.failure.get_or_insert(error);
+        }
+    }
+}
+
+fn open_locked(path: &Path) -> Result<File, EepromError> {
+    let fail = |source| EepromError::Open { path: path.to_owned(), source };
+    let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+    let file = options.map_err(fail)?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(EepromError::InUse { path: path.to_owned() }),
+        Err(TryLockError::Error(source)) => Err(fail(source)),
+    }
+}
+
+/// Reads the file; an empty one is new and gets its size in one step.
+fn read_cells(file: &mut File, path: &Path, size: usize) -> Result<Vec<u8>, EepromError> {
+    let fail = |source| EepromError::Open { path: path.to_owned(), source };
+    let (found, expected) = (file.metadata().map_err(fail)?.len(), size as u64);
+    if found == 0 {
+        file.set_len(expected).map_err(fail)?;
+    } else if found != expected {
+        return Err(EepromError::Size { path: path.to_owned(), found, expected });
+    }
+    let mut cells = vec![0; size];
+    file.read_exact(&mut cells).map_err(fail)?;
+    Ok(cells)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// An EEPROM whose file takes no bytes.
+    pub(crate) fn broken(size: usize) -> Eeprom {
+        let path = PathBuf::from("/dev/null");
+        let file = File::open(&path).unwrap();
+        Eeprom { file: Some(Backing { file, path, failure: None }), ..Eeprom::new(size) }
+    }
+
+    #[test]
+    fn failed_write_is_reported_once() {
+        let mut eeprom = broken(8);
+        assert!(eeprom.check().is_ok());
+        eeprom.write(0, 1);
+        assert_eq!(eeprom.check().unwrap_err().to_string(), "cannot write the EEPROM file /dev/null");
+        assert!(eeprom.check().is_ok());
+    }
+
+    fn read(eeprom: &mut Eeprom, address: u32) -> [u8; 2] {
+        let mut bytes = [0; 2];
+        eeprom.read(address, &mut bytes);
+        bytes
+    }
+
+    #[test]
+    fn cells_keep_and_count_what_is_written() {
+        let mut eeprom = Eeprom::new(4);
+        for byte in [1, 2, 3] {
+            eeprom.write(1, byte);
+        }
+        eeprom.write(4, 9);
+        assert_eq!(eeprom.cells(), [0xff, 3, 0xff, 0xff]);
+        assert_eq!(([0, 1, 4].map(|address| eeprom.writes(address)), eeprom.total_writes()), ([0, 3, 0], 3));
+    }
+
+    #[test]
+    fn reading_past_the_end_gives_ones() {
+        let mut eeprom = Eeprom::with_cells(vec![0, 1]);
+        assert_eq!([0, 1, 2, u32::MAX].map(|at| read(&mut eeprom, at)), [[0, 1], [1, 255], [255; 2], [255; 2]]);
+    }
+
+    #[test]
+    fn writes_after_the_power_cut_leave_no_trace() {
+        let mut eeprom = Eeprom::with_cells(vec![0; 3]);
+        eeprom.cut_power_after(Some(2));
+        for address in 0..3 {
+            eeprom.write(address, 7);
+        }
+        assert_eq!((eeprom.cells(), eeprom.total_writes()), ([7, 7, 0].as_slice(), 2));
+        eeprom.cut_power_after(None);
+        eeprom.write(2, 7);
+        assert_eq!(eeprom.cells(), [7, 7, 7]);
+    }
+
+    #[test]
+    fn file_holds_a_byte_as_soon_as_it_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("eeprom");
+        let mut eeprom = Eeprom::open(&path, 8).unwrap();
+        eeprom.write(3, 0x42);
+        assert_eq!(std::fs::read(&path).unwrap(), [0, 0, 0, 0x42, 0, 0, 0, 0]);
+        eeprom.sync().unwrap();
+        drop(eeprom);
+        assert_eq!(read(&mut Eeprom::open(&path, 8).unwrap(), 3), [0x42, 0]);
+    }
+
+    #[test]
+    fn second_simulator_cannot_open_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("eeprom");
+        let _first = Eeprom::open(&path, 8).unwrap();
+        assert!(matches!(Eeprom::open(&path, 8), Err(EepromError::InUse { .. })));
+    }
+
+    #[test]
+    fn file_of_another_size_is_refused_and_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notes.txt");
+        std::fs::write(&path, "dear diary").unwrap();
+        let error = Eeprom::open(&path, 8).unwrap_err();
+        assert!(matches!(error, EepromError::Size { found: 10, expected: 8, .. }), "{error}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "dear diary");
+    }
+
+    #[test]
+    fn missing_folder_is_named() {
+        let error = Eeprom::open(Path::new("/does/not/exist/eeprom"), 8).unwrap_err();
+        assert_eq!(error.to_string(), "cannot open the EEPROM file /does/not/exist/eeprom");
+    }
+}

@@ -1,0 +1,235 @@
+//! Digital and analogue ports of a simulated module.
+
+use gradus_firmware::Io;
+use gradus_plant::Surroundings;
+
+/// Full scale of the 10-bit converters.
+const FULL_SCALE: i32 = 1023;
+
+/// Ports that measure the board itself.
+const SUPPLY_ADC: u8 = 4;
+const TEMPERATURE_ADC: u8 = 5;
+const SUPPLY_DECIVOLT: u8 = 8;
+const TEMPERATURE_CELSIUS: u8 = 9;
+
+/// A converter with its input circuit: from a physical quantity to an ADC value and back.
+///
+/// The manuals do not say how the board measures itself, so [`Adc::SUPPLY`] and [`Adc::TEMPERATURE`] are choices.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Adc {
+    zero: f64,
+    full: f64,
+}
+
+impl Adc {
+    /// ANA0 to ANA3 in the range that `SIO 8, 0, 0` selects, in volts.
+    pub const THREE_VOLTS: Self = Self { zero: 0.0, full: 3.3 };
+    /// ANA0 to ANA3 in the range that `SIO 8, 0, 1` selects, in volts; IN6 and IN7 always.
+    pub const TEN_VOLTS: Self = Self { zero: 0.0, full: 10.0 };
+    /// Supply voltage behind a divider by 17, in volts: 24.0 V is 438.
+    pub const SUPPLY: Self = Self { zero: 0.0, full: 56.1 };
+    /// A sensor of 0.5 V at 0 degC and 10 mV a degree at a 3.3 V converter, in degrees Celsius: 25 degC is 233.
+    pub const TEMPERATURE: Self = Self { zero: -50.0, full: 280.0 };
+
+    /// The ADC value of a quantity, 0..=1023, rounded; what is out of range reads as the end of the range.
+    pub fn value(self, quantity: f64) -> i32 {
+        let share = (quantity - self.zero) / (self.full - self.zero);
+        (share * f64::from(FULL_SCALE)).round().clamp(0.0, f64::from(FULL_SCALE)) as i32
+    }
+
+    /// The quantity that reads as `value`.
+    pub fn quantity(self, value: i32) -> f64 {
+        self.zero + f64::from(value) / f64::from(FULL_SCALE) * (self.full - self.zero)
+    }
+}
+
+/// Levels and voltages on the connectors of a module.
+///
+/// IN6 and IN7 are one pin each in banks 0 and 1: the digital level is high from half of the converter's range on.
+#[derive(Clone, PartialEq, Debug)]
+pub struct MachineIo {
+    inputs: u8,
+    outputs: u8,
+    enable: bool,
+    ten_volts: bool,
+    /// Voltages of bank 1; [`Self::ANALOG_PINS`] says which are pins.
+    volts: [f64; 8],
+    /// Supply and climate of the module.
+    pub surroundings: Surroundings,
+}
+
+impl MachineIo {
+    /// The ports of bank 1 that are pins; the others measure the board.
+    pub const ANALOG_PINS: [u8; 6] = [0, 1, 2, 3, 6, 7];
+
+    /// Sets a digital input, below 8. IN6 and IN7 go to an end of the converter's range.
+    pub fn set_input(&mut self, port: u8, level: bool) {
+        if Self::is_both(port) {
+            self.set_analog(port, if level { FULL_SCALE } else { 0 });
+        } else {
+            self.set_level(port, level);
+        }
+    }
+
+    /// Puts the voltage on an analogue pin that reads as `value` in the range of this moment. The voltage stays when the
+    /// range changes.
+    pub fn set_analog(&mut self, port: u8, value: i32) {
+        let volts = self.adc(port).quantity(value);
+        if let Some(pin) = self.volts.get_mut(usize::from(port)) {
+            *pin = volts;
+        }
+        if Self::is_both(port) {
+            self.set_level(port, value > FULL_SCALE / 2);
+        }
+    }
+
+    /// Sets the level of the ENABLE input.
+    pub fn set_enable(&mut self, level: bool) {
+        self.enable = level;
+    }
+
+    /// Levels of the digital inputs, bit 0 is input 0.
+    pub fn levels(&self) -> u8 {
+        self.inputs
+    }
+
+    /// Levels of the digital outputs, bit 0 is output 0.
+    pub fn outputs(&self) -> u8 {
+        self.outputs
+    }
+
+    /// Level of the ENABLE input.
+    pub fn enabled(&self) -> bool {
+        self.enable
+    }
+
+    /// What a port of bank 1 reads: an ADC value; the supply in 0.1 V from port 8, the temperature in degC from port 9.
+    pub fn adc_value(&self, port: u8) -> i32 {
+        let Surroundings { supply_v, temperature_c } = self.surroundings;
+        match port {
+            SUPPLY_ADC => Adc::SUPPLY.value(supply_v),
+            TEMPERATURE_ADC => Adc::TEMPERATURE.value(temperature_c),
+            SUPPLY_DECIVOLT => (supply_v * 10.0).round() as i32,
+            TEMPERATURE_CELSIUS => temperature_c.round() as i32,
+            _ => self.volts.get(usize::from(port)).map_or(0, |volts| self.adc(port).value(*volts)),
+        }
+    }
+
+    /// Takes the drive from the outputs; the converters are in their 3.3 V range after power-on.
+    pub(crate) fn lose_power(&mut self) {
+        self.outputs = 0;
+        self.ten_volts = false;
+    }
+
+    fn is_both(port: u8) -> bool {
+        matches!(port, 6 | 7)
+    }
+
+    fn set_level(&mut self, port: u8, level: bool) {
+        let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
+        self.inputs = if level { self.inputs | bit } else { self.inputs & !bit };
+    }
+
+    fn adc(&self, port: u8) -> Adc {
+        if self.ten_volts || Self::is_both(port) { Adc::TEN_VOLTS } else { Adc::THREE_VOLTS }
+    }
+}
+
+impl Default for MachineIo {
+    /// Everything low, ENABLE high.
+    fn default() -> Self {
+        Self {
+            inputs: 0,
+            outputs: 0,
+            enable: true,
+            ten_volts: false,
+            volts: [0.0; 8],
+            surroundings: Surroundings::default(),
+        }
+    }
+}
+
+impl Io for MachineIo {
+    #[inline]
+    fn inputs(&mut self) -> u8 {
+        self.inputs
+    }
+
+    #[inline]
+    fn set_outputs(&mut self, levels: u8) {
+        self.outputs = levels;
+    }
+
+    fn analog(&mut self, port: u8) -> i32 {
+        self.adc_value(port)
+    }
+
+    fn set_adc_range(&mut self, ten_volts: bool) {
+        self.ten_volts = ten_volts;
+    }
+
+    #[inline]
+    fn enable(&mut self) -> bool {
+        self.enable
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analogue_pin_reads_what_was_set() {
+        for ten_volts in [false, true] {
+            for port in MachineIo::ANALOG_PINS {
+                for value in 0..=1023 {
+                    let mut io = MachineIo::default();
+                    io.set_adc_range(ten_volts);
+                    io.set_analog(port, value);
+                    assert_eq!(io.analog(port), value, "port {port}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn voltage_stays_when_the_range_changes() {
+        let mut io = MachineIo::default();
+        io.set_analog(0, 1000);
+        io.set_adc_range(true);
+        assert_eq!(io.analog(0), 330);
+        io.set_analog(0, 1000);
+        io.set_adc_range(false);
+        assert_eq!(io.analog(0), 1023);
+    }
+
+    #[test]
+    fn in6_and_in7_are_digital_and_analogue() {
+        let mut io = MachineIo::default();
+        let cases = [(511, 0), (512, 1 << 6)];
+        for (value, inputs) in cases {
+            io.set_analog(6, value);
+            assert_eq!(io.inputs(), inputs, "ADC value {value}");
+        }
+        io.set_input(7, true);
+        assert_eq!((io.inputs(), io.analog(7)), (0b1100_0000, 1023));
+        io.set_input(7, false);
+        assert_eq!((io.inputs(), io.analog(7)), (0b0100_0000, 0));
+    }
+
+    #[test]
+    fn board_measures_supply_and_temperature() {
+        let mut io = MachineIo::default();
+        assert_eq!([4, 5, 8, 9].map(|port| io.analog(port)), [438, 233, 240, 25]);
+        io.surroundings = Surroundings { supply_v: 60.0, temperature_c: -60.0 };
+        assert_eq!([4, 5, 8, 9].map(|port| io.analog(port)), [1023, 0, 600, -60]);
+    }
+
+    #[test]
+    fn unknown_ports_read_zero_and_change_nothing() {
+        let mut io = MachineIo::default();
+        io.set_input(8, true);
+        io.set_analog(200, 5);
+        assert_eq!((io.analog(200), io), (0, MachineIo::default()));
+    }
+}

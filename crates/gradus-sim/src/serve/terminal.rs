@@ -1,0 +1,77 @@
+//! The console's lines as they come from a file descriptor.
+
+use std::io::{self, Write};
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+
+use rustix::io::Errno;
+
+use crate::{Bench, console};
+
+/// A longer line is no command.
+const MAX_LINE: usize = 4096;
+
+/// Where console lines come from and where the answers go.
+pub struct Console {
+    input: OwnedFd,
+    /// The beginning of a line.
+    pending: Vec<u8>,
+    answers: Box<dyn Write + Send>,
+    messages: Box<dyn Write + Send>,
+}
+
+impl Console {
+    /// Lines from the standard input, answers on the standard output, messages about wrong lines on standard error.
+    ///
+    /// # Errors
+    /// When there is no standard input.
+    pub fn standard() -> io::Result<Self> {
+        let input = io::stdin().as_fd().try_clone_to_owned()?;
+        Ok(Self::new(input, Box::new(io::stdout()), Box::new(io::stderr())))
+    }
+
+    /// Lines from any descriptor that can be waited for.
+    pub fn new(input: OwnedFd, answers: Box<dyn Write + Send>, messages: Box<dyn Write + Send>) -> Self {
+        Self { input, pending: Vec::new(), answers, messages }
+    }
+
+    /// Executes what has come; false at the end of the input.
+    pub(crate) fn receive(&mut self, bench: &mut Bench) -> bool {
+        let mut buffer = [0; MAX_LINE];
+        match rustix::io::read(&self.input, &mut buffer) {
+            Ok(0) => {
+                self.execute_pending(bench);
+                false
+            }
+            Ok(len) => {
+                self.split(&buffer[..len], bench);
+                true
+            }
+            Err(error) => matches!(error, Errno::AGAIN | Errno::INTR),
+        }
+    }
+
+    fn split(&mut self, bytes: &[u8], bench: &mut Bench) {
+        for part in bytes.split_inclusive(|byte| *byte == b'\n') {
+            self.pending.extend_from_slice(part);
+            if part.ends_with(b"\n") || self.pending.len() > MAX_LINE {
+                self.execute_pending(bench);
+            }
+        }
+    }
+
+    /// What cannot be printed cannot be helped.
+    fn execute_pending(&mut self, bench: &mut Bench) {
+        let line = std::mem::take(&mut self.pending);
+        let (text, writer) = match console::execute(&String::from_utf8_lossy(&line), bench) {
+            Ok(answer) => (answer, &mut self.answers),
+            Err(message) => (format!("{message}\n"), &mut self.messages),
+        };
+        let _ = writer.write_all(text.as_bytes()).and_then(|()| writer.flush());
+    }
+}
+
+impl AsFd for Console {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.input.as_fd()
+    }
+}
