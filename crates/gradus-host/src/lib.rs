@@ -1,0 +1,41 @@
+//! The host side of TMCL: links to virtual and real modules, and the [`Session`] that talks over them.
+//!
+//! A port is named by a [`Url`]. [`Session::open`] opens it; nothing else does. Commands, parameters by name, downloads and
+//! program control are methods of the session.
+//!
+//! ```
+//! use gradus_host::Session;
+//! use gradus_tmcl::catalogue::Ap;
+//!
+//! let mut session = Session::open(&"sim:tmcm-3351".parse()?)?;
+//! session.set_axis(Ap::MaxSpeed, 0, 20_000)?;
+//! assert_eq!(session.get_axis(Ap::MaxSpeed, 0)?, 20_000);
+//! # Ok::<(), gradus_host::Error>(())
+//! ```
+//!
+//! Not here: the command line and what it prints, see the crate `gradus`.
+
+#![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
+
+mod error;
+mod link;
+mod named;
+mod names;
+mod parameter;
+mod program;
+mod refusal;
+mod serial;
+mod session;
+mod sim;
+mod step;
+mod tcp;
+mod url;
+
+pub use error::Error;
+pub use link::Link;
+pub use named::Named;
+pub use names::{NameError, axis_parameters, find, find_axis, find_global, global_parameters, normalise};
+pub use program::{ApplicationStatus, ProgramError, State};
+pub use session::{PositionReached, Session};
+pub use sim::VIRTUAL_MODULES;
+pub use url::{Place, Url, UrlError};

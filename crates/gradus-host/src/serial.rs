@@ -1,0 +1,65 @@
+//! A link over a serial port: RS232, RS485 adapter, USB, pseudo-terminal.
+
+use std::io;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use serial2::SerialPort;
+
+use crate::Link;
+use crate::link::received;
+
+/// An open serial port: 8 data bits, no parity, one stop bit, no flow control.
+pub struct SerialLink {
+    port: SerialPort,
+    opened: Instant,
+}
+
+impl SerialLink {
+    /// Opens the port; `Err` holds the reason in words.
+    pub fn open(path: &Path, baud: u32) -> Result<Self, String> {
+        let port = SerialPort::open(path, baud).map_err(|error| reason(&error, baud))?;
+        // What came before belongs to whoever had the port open before.
+        port.discard_input_buffer().map_err(|error| error.to_string())?;
+        Ok(Self { port, opened: Instant::now() })
+    }
+}
+
+fn reason(error: &io::Error, baud: u32) -> String {
+    match error.kind() {
+        io::ErrorKind::NotFound => "there is no such file; is the module plugged in?".into(),
+        io::ErrorKind::PermissionDenied => {
+            "permission denied; add yourself to the group that owns the port, mostly `sudo usermod -aG dialout $USER`, \
+             and log in again"
+                .into()
+        }
+        io::ErrorKind::ResourceBusy => "the port is busy; close the other program that uses it".into(),
+        io::ErrorKind::InvalidInput => format!("the port does not work at {baud} baud"),
+        _ if error.raw_os_error() == Some(NOT_A_TERMINAL) => "this is not a serial port".into(),
+        _ => error.to_string(),
+    }
+}
+
+/// ENOTTY, as Linux and the BSDs number it.
+const NOT_A_TERMINAL: i32 = 25;
+
+impl Link for SerialLink {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.port.write_all(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Duration) -> io::Result<usize> {
+        // The port counts whole milliseconds; rounding down would turn the last one into a busy loop.
+        let wait = deadline.saturating_sub(self.now()).as_micros().div_ceil(1000);
+        self.port.set_read_timeout(Duration::from_millis(u64::try_from(wait).unwrap_or(u64::MAX)))?;
+        received(self.port.read(buffer))
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+
+    fn sleep(&mut self, time: Duration) {
+        std::thread::sleep(time);
+    }
+}

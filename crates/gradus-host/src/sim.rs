@@ -1,0 +1,82 @@
+//! A link to a virtual module in the same process, in virtual time.
+
+use std::collections::VecDeque;
+use std::io;
+use std::time::Duration;
+
+use gradus_sim::{Bench, Link as BenchLink, LinkKind};
+use gradus_tmcl::catalogue::{Module, TMCM_3351};
+
+use crate::Link;
+
+/// The modules whose firmware really runs; the others are in the catalogue only.
+pub const VIRTUAL_MODULES: &[&Module] = &[&TMCM_3351];
+
+/// A virtual module of its own, on a machine of rigid axes. Requests and answers take no time.
+pub struct SimLink {
+    bench: Bench,
+    line: BenchLink,
+    /// Bytes that the module has sent and nobody has received yet.
+    pending: VecDeque<u8>,
+}
+
+impl SimLink {
+    /// Builds the module and switches it on.
+    pub fn open(module: &'static Module) -> Result<Self, String> {
+        if !VIRTUAL_MODULES.iter().any(|known| known.number == module.number) {
+            let names: Vec<&str> = VIRTUAL_MODULES.iter().map(|module| module.name).collect();
+            return Err(format!("there is no virtual {}, only {}", module.name, names.join(", ")));
+        }
+        let mut bench = Bench::with_defaults(module);
+        let line = bench.attach(LinkKind::Usb, 0);
+        Ok(Self { bench, line, pending: VecDeque::new() })
+    }
+
+    fn fetch(&mut self) {
+        while let Some(bytes) = self.bench.take(&mut self.line) {
+            self.pending.extend(bytes);
+        }
+    }
+
+    /// When the module does something next, not after `end_us`.
+    fn next_us(&self, end_us: u64) -> u64 {
+        let next = [self.bench.next_event(), self.bench.ready_at(&self.line)].into_iter().flatten().min();
+        next.unwrap_or(end_us).max(self.bench.now() + 1).min(end_us)
+    }
+}
+
+impl Link for SimLink {
+    fn send(&mut self, mut bytes: &[u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            self.fetch();
+            match self.bench.send(&mut self.line, bytes) {
+                // The module takes nothing while a reply is held back by the telegram pause.
+                0 => self.bench.run_until(self.next_us(self.bench.now() + 1)),
+                count => bytes = &bytes[count..],
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Duration) -> io::Result<usize> {
+        let end_us = microseconds(deadline);
+        self.fetch();
+        while self.pending.is_empty() && self.bench.now() < end_us {
+            self.bench.run_until(self.next_us(end_us));
+            self.fetch();
+        }
+        io::Read::read(&mut self.pending, buffer)
+    }
+
+    fn now(&self) -> Duration {
+        Duration::from_micros(self.bench.now())
+    }
+
+    fn sleep(&mut self, time: Duration) {
+        self.bench.run_for(microseconds(time));
+    }
+}
+
+fn microseconds(time: Duration) -> u64 {
+    u64::try_from(time.as_micros()).unwrap_or(u64::MAX)
+}

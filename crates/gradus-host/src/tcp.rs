@@ -1,0 +1,76 @@
+//! A link over TCP.
+
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+
+use crate::Link;
+use crate::link::received;
+
+/// How long opening a connection may take.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+/// The shortest time-out that a socket takes; zero would mean none at all.
+const SHORTEST_WAIT: Duration = Duration::from_micros(1);
+
+/// A connection to a TCP port that carries serial datagrams.
+pub struct TcpLink {
+    stream: TcpStream,
+    opened: Instant,
+}
+
+impl TcpLink {
+    /// Connects; `Err` holds the reason in words.
+    pub fn open(host: &str, port: u16) -> Result<Self, String> {
+        let stream = connect(host, port).map_err(|error| reason(&error))?;
+        Ok(Self { stream, opened: Instant::now() })
+    }
+}
+
+/// Tries the addresses of the host one after another.
+fn connect(host: &str, port: u16) -> io::Result<TcpStream> {
+    let mut last = io::Error::new(io::ErrorKind::NotFound, format!("the host `{host}` has no address"));
+    for address in (host, port).to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
+            Ok(stream) => {
+                stream.set_nodelay(true)?;
+                return Ok(stream);
+            }
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+fn reason(error: &io::Error) -> String {
+    match error.kind() {
+        io::ErrorKind::ConnectionRefused => "nothing listens there; is the module or `gradus sim` running?".into(),
+        io::ErrorKind::TimedOut => format!("no answer within {} s; is the address right?", CONNECT_TIMEOUT.as_secs()),
+        _ => error.to_string(),
+    }
+}
+
+impl Link for TcpLink {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.stream.write_all(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Duration) -> io::Result<usize> {
+        let wait = deadline.saturating_sub(self.now());
+        if wait.is_zero() {
+            self.stream.set_nonblocking(true)?;
+            let read = self.stream.read(buffer);
+            self.stream.set_nonblocking(false)?;
+            return received(read);
+        }
+        self.stream.set_read_timeout(Some(wait.max(SHORTEST_WAIT)))?;
+        received(self.stream.read(buffer))
+    }
+
+    fn now(&self) -> Duration {
+        self.opened.elapsed()
+    }
+
+    fn sleep(&mut self, time: Duration) {
+        std::thread::sleep(time);
+    }
+}
