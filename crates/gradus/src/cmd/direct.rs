@@ -1,0 +1,89 @@
+//! `gradus cmd`
+
+use std::io::Write;
+
+use anyhow::bail;
+use gradus_asm::{Source, assemble_line};
+use gradus_host::{Error, Session};
+use gradus_tmcl::catalogue::Module;
+use gradus_tmcl::{Instruction, Opcode};
+
+use crate::port::Port;
+use crate::program::print_problems;
+
+/// Send commands in direct mode
+///
+/// Commands are written as in programs; the names of the built-in include files are known. Each answer is printed with status
+/// and value. Nothing is sent if a command is misspelt. A command that the module refuses does not keep the following ones
+/// from being sent; exit status 1 if any was refused.
+///
+/// Control commands, which have no mnemonic, are written with their four fields: DATA 129, 0, 0, 0 runs the program.
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  gradus cmd 'GAP 1, 0' 'SAP 4, 0, 20000'
+  gradus cmd --port tcp:localhost:4322 'MVP ABS, 0, 51200'
+  gradus cmd --port /dev/ttyACM0 'DATA 136, 1, 0, 0'")]
+pub struct Direct {
+    #[command(flatten)]
+    port: Port,
+    /// Commands, one an argument
+    #[arg(required = true, value_name = "COMMAND")]
+    commands: Vec<String>,
+}
+
+impl Direct {
+    pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        let mut session = self.port.open()?;
+        let instructions = parse(&self.commands, session.module()?)?;
+        let mut refused = 0;
+        for (text, instruction) in self.commands.iter().zip(instructions) {
+            match send(&mut session, instruction) {
+                Ok(answer) => writeln!(out, "{text}: {answer}")?,
+                Err(Error::Refused { status, reason, .. }) => {
+                    refused += 1;
+                    writeln!(out, "{text}: {}", [status.to_string(), reason].join("; ").trim_end_matches("; "))?;
+                }
+                Err(error) => return Err(error.into()),
+            }
+        }
+        match refused {
+            0 => Ok(()),
+            count => bail!("{count} of {} commands refused", self.commands.len()),
+        }
+    }
+}
+
+fn parse(commands: &[String], module: &'static Module) -> anyhow::Result<Vec<Instruction>> {
+    let mut instructions = Vec::new();
+    for text in commands {
+        let plain = Instruction::parse(text, module);
+        match plain.or_else(|_| assemble_line(text, module)) {
+            Ok(instruction) => instructions.push(instruction),
+            Err(problems) => print_problems(&problems, &[Source::new("command", text.as_bytes())]),
+        }
+    }
+    match commands.len() - instructions.len() {
+        0 => Ok(instructions),
+        _ => bail!("nothing was sent"),
+    }
+}
+
+/// Sends a command and puts the answer into words. Two commands have replies of a form of their own.
+fn send(session: &mut Session, instruction: Instruction) -> Result<String, Error> {
+    match (instruction.opcode, instruction.kind) {
+        (Opcode::FIRMWARE_VERSION, 0) => session.version_text(),
+        (Opcode::READ_MEMORY, _) => {
+            let address = u16::try_from(instruction.value).unwrap_or(u16::MAX); // past the end either way
+            Ok(session.read_memory(address)?.display(session.module()?).to_string())
+        }
+        _ => {
+            let reply = session.execute(instruction)?;
+            if reply.status.is_ok() {
+                Ok(format!("{} {}", reply.status, reply.value))
+            } else {
+                Err(session.refused(instruction, reply.status))
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The subcommands, one file each.
+
+mod asm;
+mod completions;
+mod direct;
+mod disasm;
+mod get;
+mod man;
+mod params;
+mod run;
+mod set;
+#[cfg(unix)]
+mod sim;
+
+use std::io::Write;
+
+/// A subcommand with its arguments.
+#[derive(clap::Subcommand)]
+pub enum Command {
+    #[cfg(unix)]
+    Sim(sim::Sim),
+    Run(run::Run),
+    Asm(asm::Asm),
+    Disasm(disasm::Disasm),
+    Cmd(direct::Direct),
+    Get(get::Get),
+    Set(set::Set),
+    Params(params::Params),
+    Completions(completions::Completions),
+    Man(man::Man),
+}
+
+impl Command {
+    /// Does it, and prints to `out`.
+    ///
+    /// # Errors
+    /// Whatever went wrong, for the last line of the program.
+    pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        match self {
+            #[cfg(unix)]
+            Self::Sim(sim) => sim.run(out),
+            Self::Run(run) => run.run(out),
+            Self::Asm(asm) => asm.run(out),
+            Self::Disasm(disasm) => disasm.run(out),
+            Self::Cmd(direct) => direct.run(out),
+            Self::Get(get) => get.run(out),
+            Self::Set(set) => set.run(out),
+            Self::Params(params) => params.run(out),
+            Self::Completions(completions) => completions.run(out),
+            Self::Man(man) => man.run(out),
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! `gradus run`
+
+use std::fs::File;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use gradus_host::{Session, State};
+use gradus_tmcl::Instruction;
+use gradus_tmcl::catalogue::{MODULES, Module};
+use indicatif::{ProgressBar, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use crate::port::{self, Port};
+use crate::program::{Includes, Program};
+use crate::recording::Sample;
+use crate::view::View;
+use crate::{plot, span};
+
+/// Run a program and watch the axes
+///
+/// Assembles the program, or takes a .bin file as it is, downloads it, reads it back and compares, resets the module's
+/// interpreter, runs it, and shows position and speed of the axes until the program stops or the time is up.
+///
+/// On a virtual module of this process (sim:) time is virtual: an hour of motion takes seconds.
+///
+/// When the time is up, and on Ctrl-C, the program and all motors are stopped. When the program stops by itself, motors that it
+/// left running go on.
+///
+/// Exit status: 0 when the program stopped by itself or the time was up, 1 on errors and on Ctrl-C. An instruction of the program
+/// that the module refused is shown as a warning.
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  gradus run two-positions.tmc --for 60s
+  gradus run two-positions.tmc --for 60s --plot two-positions.svg
+  gradus run main.bin --port /dev/ttyACM0")]
+pub struct Run {
+    /// Source file or .bin file
+    file: PathBuf,
+    #[command(flatten)]
+    port: Port,
+    /// Module the program is for; the one at the port if left out
+    #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
+    module: Option<&'static Module>,
+    #[command(flatten)]
+    includes: Includes,
+    /// Time to run: 500ms, 60s, 2m, 1h; until the program stops if left out
+    #[arg(long = "for", value_name = "DURATION", value_parser = span::parse)]
+    time: Option<Duration>,
+    /// Time between two lines where the output is no terminal
+    #[arg(long, value_name = "DURATION", value_parser = span::parse, default_value = "1s")]
+    every: Duration,
+    /// Draw position and speed of the axes that moved over time
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+}
+
+/// Why watching ended.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum End {
+    Stopped,
+    TimeUp,
+    Interrupted,
+}
+
+impl Run {
+    pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        let interrupted = interruption()?;
+        let mut session = self.port.open()?;
+        let module = session.module()?;
+        if let Some(wanted) = self.module.filter(|wanted| wanted.name != module.name) {
+            bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
+        }
+        let plot = self.plot.as_deref().map(create).transpose()?;
+        let program = Program::load(&self.file, module, &self.includes.options())?;
+        load(&mut session, &program.commands)?;
+        session.reset()?;
+        session.run()?;
+
+        let mut watch = Watch::new(&session, self.time, self.every, plot.is_some());
+        let end = watch.until_the_end(&mut session, &interrupted, out)?;
+        report(&mut session, &program, end, watch.last, out)?;
+        if let Some(mut file) = plot {
+            file.write_all(plot::svg(&watch.samples, module)?.as_bytes()).context("cannot write the picture")?;
+        }
+        if end == End::Interrupted { bail!("interrupted; program and motors are stopped") } else { Ok(()) }
+    }
+}
+
+/// Opens the file of the picture before the program runs, so that no run is lost to a wrong path.
+fn create(file: &Path) -> anyhow::Result<File> {
+    File::create(file).with_context(|| format!("cannot write {}", file.display()))
+}
+
+/// A flag that Ctrl-C sets; a second one ends this program at once.
+fn interruption() -> io::Result<Arc<AtomicBool>> {
+    let flag = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&flag))?;
+        signal_hook::flag::register(signal, Arc::clone(&flag))?;
+    }
+    Ok(flag)
+}
+
+/// Writes a program into the module and reads it back.
+fn load(session: &mut Session, commands: &[Instruction]) -> Result<(), gradus_host::Error> {
+    session.stop()?;
+    let bar = progress("download", commands.len());
+    session.download(commands, |count| bar.set_position(count as u64))?;
+    let bar = progress("verify", commands.len());
+    session.verify(commands, |count| bar.set_position(count as u64))
+}
+
+/// A bar on the standard error output, which vanishes when it is dropped; nothing where that is no terminal.
+fn progress(what: &'static str, len: usize) -> ProgressBar {
+    let style =
+        ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}").unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(len as u64).with_style(style).with_message(what).with_finish(indicatif::ProgressFinish::AndClear)
+}
+
+/// Looks at a running program.
+struct Watch {
+    start: Duration,
+    time: Option<Duration>,
+    period: Duration,
+    view: View,
+    keep: bool,
+    /// All samples, if they are kept.
+    samples: Vec<Sample>,
+    /// When the last one was taken.
+    last: Duration,
+}
+
+/// How often the axes are looked at. Virtual time waits for the looks, real time does not.
+const PERIOD: Duration = Duration::from_millis(10);
+
+impl Watch {
+    fn new(session: &Session, time: Option<Duration>, every: Duration, keep: bool) -> Self {
+        let view = View::new(io::stdout().is_terminal(), every);
+        let (start, last) = (session.now(), Duration::ZERO);
+        Self { start, time, period: PERIOD, view, keep, samples: Vec::new(), last }
+    }
+
+    fn until_the_end(
+        &mut self,
+        session: &mut Session,
+        interrupted: &AtomicBool,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<End> {
+        loop {
+            let state = session.application_status()?.state;
+            let sample = Sample::take(session, self.start)?;
+            self.last = sample.time;
+            let end = self.end(state, sample.time, interrupted);
+            match end {
+                None => self.view.show(&sample, out)?,
+                Some(_) => self.view.finish(&sample, out)?,
+            }
+            if self.keep {
+                self.samples.push(sample);
+            }
+            if let Some(end) = end {
+                return Ok(end);
+            }
+            let left = self.time.map_or(self.period, |time| time.saturating_sub(self.last));
+            session.sleep(self.period.min(left));
+        }
+    }
+
+    fn end(&self, state: State, time: Duration, interrupted: &AtomicBool) -> Option<End> {
+        if interrupted.load(Ordering::Relaxed) {
+            Some(End::Interrupted)
+        } else if state != State::Running {
+            Some(End::Stopped)
+        } else {
+            self.time.is_some_and(|limit| time >= limit).then_some(End::TimeUp)
+        }
+    }
+}
+
+fn report(
+    session: &mut Session,
+    program: &Program,
+    end: End,
+    time: Duration,
+    out: &mut dyn Write,
+) -> anyhow::Result<()> {
+    let at = session.application_status()?.program_counter;
+    let seconds = time.as_secs_f64();
+    match end {
+        End::Stopped => writeln!(out, "the program stopped at address {at} after {seconds:.3} s")?,
+        End::TimeUp => writeln!(out, "time is up after {seconds:.3} s; the program was at address {at}")?,
+        End::Interrupted => {}
+    }
+    if end != End::Stopped {
+        session.stop()?;
+        session.stop_motors()?;
+    }
+    if let Some(error) = session.program_error()? {
+        let place = program.place(error.address).map(|place| format!(", {place}")).unwrap_or_default();
+        eprintln!(
+            "warning: the module refused the command at address {}{place}: {}",
+            error.address,
+            error.status.text()
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! `gradus sim` with real hosts on its endpoints.
+
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use gradus_host::Session;
+use gradus_tmcl::catalogue::{Ap, Gp};
+
+const GRADUS: &str = env!("CARGO_BIN_EXE_gradus");
+
+/// A simulator; killed if a test forgets to stop it.
+struct Sim {
+    process: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+    /// What it printed up to `ready`.
+    endpoints: Vec<String>,
+}
+
+impl Sim {
+    fn start(arguments: &[&str]) -> Self {
+        let mut command = Command::new(GRADUS);
+        command.arg("sim").args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut process = command.spawn().unwrap();
+        let input = process.stdin.take().unwrap();
+        let output = BufReader::new(process.stdout.take().unwrap());
+        let mut sim = Self { process, input, output, endpoints: Vec::new() };
+        sim.endpoints = sim.output.by_ref().lines().map(Result::unwrap).take_while(|line| line != "ready").collect();
+        sim
+    }
+
+    fn session(&self, index: usize) -> Session {
+        Session::open(&self.url(index).parse().unwrap()).unwrap()
+    }
+
+    fn url(&self, index: usize) -> String {
+        let endpoint = &self.endpoints[index];
+        endpoint
+            .strip_prefix("pty ")
+            .map_or_else(|| endpoint.replacen("tcp ", "tcp:", 1), |path| format!("serial:{path}"))
+    }
+
+    fn stop(mut self) {
+        kill(&self.process, "TERM");
+        assert!(self.process.wait().unwrap().success());
+    }
+}
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn read_line(output: &mut impl BufRead) -> String {
+    let mut line = String::new();
+    output.read_line(&mut line).unwrap();
+    line.trim_end().into()
+}
+
+fn kill(process: &Child, signal: &str) {
+    let killed = Command::new("kill").args([&format!("-{signal}"), &process.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn both_endpoints_lead_to_one_module_and_its_memory_survives() {
+    let folder = tempfile::tempdir().unwrap();
+    let (link, memory) = (folder.path().join("tmcm"), folder.path().join("tmcm.eeprom"));
+    let arguments = ["--pty", text(&link), "--tcp", "127.0.0.1:0", "--eeprom", text(&memory)];
+
+    let sim = Sim::start(&arguments);
+    assert!(sim.endpoints[1].starts_with("tcp 127.0.0.1:") && !sim.endpoints[1].ends_with(":0"), "{:?}", sim.endpoints);
+    sim.session(0).set_global(Gp::AutoStart, 0, 1).unwrap();
+    let mut by_link = Session::open(&text(&link).parse().unwrap()).unwrap();
+    by_link.set_axis(Ap::MaxSpeed, 1, 12_345).unwrap();
+    assert_eq!(sim.session(1).get_axis(Ap::MaxSpeed, 1).unwrap(), 12_345);
+    sim.stop();
+    assert!(!link.exists(), "the link is removed");
+
+    let sim = Sim::start(&arguments);
+    assert_eq!(sim.session(1).get_global(Gp::AutoStart, 0).unwrap(), 1);
+    sim.stop();
+}
+
+#[test]
+fn console_lines_change_the_machine() {
+    let mut sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let mut session = sim.session(0);
+    assert_eq!(session.get_axis(Ap::LeftSwitch, 0).unwrap(), 0);
+    writeln!(sim.input, "switch 0 left 1\nshow").unwrap();
+    read_line(&mut sim.output); // the answer to `show`: the line before has been executed
+    assert_eq!(session.get_axis(Ap::LeftSwitch, 0).unwrap(), 1);
+    sim.stop();
+}
+
+#[test]
+fn a_program_runs_over_tcp_until_ctrl_c_stops_it() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/run.in/forever.tmc");
+    let mut command = Command::new(GRADUS);
+    command.args(["run", program, "--port", &sim.url(0), "--every", "100ms"]);
+    let mut run = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(run.stdout.take().unwrap()).lines().map(Result::unwrap);
+    assert!(lines.next().unwrap().contains("position 0"));
+    assert!(lines.any(|line| line.split_whitespace().nth(2).is_some_and(|speed| speed != "0")), "the axis moves");
+    kill(&run, "INT");
+    lines.for_each(drop);
+    assert_eq!(run.wait().unwrap().code(), Some(1));
+
+    let mut session = sim.session(0);
+    assert_eq!(session.get_global(Gp::ApplicationStatus, 0).unwrap(), 0);
+    assert_eq!(session.get_axis(Ap::TargetSpeed, 0).unwrap(), 0);
+    sim.stop();
+}
