@@ -1,0 +1,5 @@
+//! Any bytes as source text, as program memory and as a `.bin` file into the assembler. `cargo +nightly fuzz run source`
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| gradus_asm::fuzz_source(data));
