@@ -2,6 +2,13 @@
 //!
 //! Three types: [`Settings`] is what the user has set, [`Derived`] what a tick needs of it, and the rest of [`Axis`] what
 //! moves.
+//!
+//! Where the manual is silent:
+//! - After a stop switch has opened the motor goes on as it was told to; MST ends that. Until then it is under way, and position
+//!   reached comes when it arrives.
+//! - A deviation from the encoder (axis parameter 212) makes the encoder's position the actual one, so that the next move
+//!   does not fail for the same reason.
+//! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
 use gradus_motion::{Limits, Ramp};
 use gradus_tmcl::Status;
@@ -151,12 +158,12 @@ impl Axis {
         *self = Self { phase, ..Self::new(catalogue) };
     }
 
-    /// Puts the axis on its hardware: standby current, encoder at zero.
-    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, port: &mut A) {
+    /// Puts the axis on its hardware: standby current, or none, and the encoder at zero.
+    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, powered: bool, port: &mut A) {
         self.scale_encoder(port);
         let raw = port.encoder();
         self.encoder.set_position(0, raw);
-        self.energize(port);
+        self.set_power(powered, port);
     }
 }
 

@@ -159,9 +159,9 @@ pub(crate) fn stored_at_once(access: Access) -> bool {
     access == Access::Rwa
 }
 
-/// Sequence number and CRC-6 (x^6 + x + 1) of the bytes. The start value makes a slot full of ones invalid.
+/// Sequence number and CRC-6 (x^6 + x + 1) of it and the bytes. The start value makes a slot full of ones invalid.
 fn header(sequence: u8, bytes: &[u8; 7]) -> u8 {
-    let mut crc = 0x15_u8;
+    let mut crc = 0x15 ^ sequence;
     for byte in bytes {
         for bit in (0..8).rev() {
             let carry = (crc >> 5 ^ byte >> bit) & 1;
@@ -169,4 +169,83 @@ fn header(sequence: u8, bytes: &[u8; 7]) -> u8 {
         }
     }
     sequence << 6 | crc
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use gradus_tmcl::catalogue::TMCM_3351;
+
+    use super::*;
+
+    struct Bytes(std::vec::Vec<u8>);
+
+    impl Store for Bytes {
+        fn read(&mut self, address: u32, bytes: &mut [u8]) {
+            bytes.copy_from_slice(&self.0[address as usize..][..bytes.len()]);
+        }
+
+        fn write(&mut self, address: u32, byte: u8) {
+            self.0[address as usize] = byte;
+        }
+    }
+
+    fn filled(byte: u8) -> Eeprom<Bytes> {
+        Eeprom::new(&TMCM_3351, Bytes(std::vec![byte; store_size(&TMCM_3351) as usize]))
+    }
+
+    fn keys() -> impl Iterator<Item = Key> {
+        let axes = usize::from(TMCM_3351.axes);
+        (0..TMCM_3351.program_len)
+            .map(Key::Program)
+            .chain((0..TMCM_3351.global_parameters.len()).map(Key::Global))
+            .chain((0..STORED_VARIABLES).map(Key::Variable))
+            .chain(
+                (0..TMCM_3351.coordinates)
+                    .flat_map(move |number| (0..axes).map(move |axis| Key::Coordinate(number, axis))),
+            )
+    }
+
+    #[test]
+    fn every_key_has_a_record_of_its_own_and_they_fill_the_memory() {
+        let eeprom = filled(0);
+        let records: BTreeSet<u32> = keys().map(|key| eeprom.record(key)).collect();
+        assert_eq!(records.len(), keys().count());
+        assert_eq!(records.last().map(|last| (last + 1) * RECORD), Some(store_size(&TMCM_3351)));
+    }
+
+    #[test]
+    fn memory_of_equal_bytes_holds_nothing() {
+        for byte in [0, 0xff] {
+            let mut eeprom = filled(byte);
+            assert!(keys().all(|key| eeprom.load(key).is_none()), "bytes of {byte}");
+        }
+    }
+
+    #[test]
+    fn flipped_bit_gives_back_the_value_before() {
+        let (old, new) = ([1, 2, 3, 4, 5, 6, 7], [0xff, 0, 0x80, 0x7f, 9, 8, 7]);
+        for bit in 0..8 * SLOT {
+            let mut eeprom = filled(0);
+            eeprom.save(Key::Program(3), old);
+            eeprom.save(Key::Program(3), new);
+            let newer = eeprom.slots(Key::Program(3)).0.address;
+            eeprom.store.0[(newer + bit / 8) as usize] ^= 1 << (bit % 8);
+            assert_eq!(eeprom.load(Key::Program(3)), Some(old), "bit {bit}");
+        }
+    }
+
+    #[test]
+    fn latest_of_many_writes_is_read() {
+        let mut eeprom = filled(0xff);
+        for value in -50..50 {
+            eeprom.save_value(Key::Variable(7), value);
+            assert_eq!(eeprom.load_value(Key::Variable(7)), Some(value));
+        }
+        eeprom.clear(Key::Variable(7));
+        assert_eq!(eeprom.load_value(Key::Variable(7)), None);
+        eeprom.save_value(Key::Variable(7), 9);
+        assert_eq!(eeprom.load_value(Key::Variable(7)), Some(9));
+    }
 }

@@ -1,4 +1,8 @@
 //! Commands: direct mode, and what the interpreter shares with it.
+//!
+//! Where the manual is silent: suppressed replies (global parameter 255) include those to wrong checksums and to downloaded
+//! commands, so that a line with the setting is silent but for what it asks for. The command that writes the parameter
+//! follows its new value.
 
 use gradus_tmcl::catalogue::{Ap, Gp, Mode};
 use gradus_tmcl::{Instruction, MoveKind, Opcode, Search, Status};
@@ -26,7 +30,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::READ_MEMORY => return self.read_program(instruction.value),
             Opcode::FIRMWARE_VERSION if instruction.kind == 0 => return Answer::Special(*self.catalogue.version_text),
             Opcode::FACTORY_SETTINGS if instruction.value == CONFIRMATION => {
-                self.eeprom.clear_settings();
+                self.restore_factory_settings();
                 return Answer::None;
             }
             _ => {}

@@ -2,6 +2,9 @@
 //!
 //! A lower number goes first, nothing nests. An event whose interrupt is disabled is lost; one that comes while a handler runs
 //! waits, one deep.
+//!
+//! Where the manual is silent: a new period (bank 3) starts an enabled timer again, also one that had none; an event without a
+//! vector is lost.
 
 use gradus_tmcl::catalogue::{Interrupt, InterruptKind, Module};
 

@@ -92,15 +92,15 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.restore_program();
         self.ports.io().set_outputs(0);
         self.ports.io().set_adc_range(false);
-        self.inputs = Inputs { enabled: true, levels: self.ports.io().inputs(), ..Inputs::default() };
+        let enabled = self.ports.io().enable();
+        self.inputs = Inputs { enabled, levels: self.ports.io().inputs(), ..Inputs::default() };
         for index in 0..self.axis_count() {
             let port = self.ports.axis(index);
             if let Some(axis) = self.axes.get_mut(index) {
-                axis.start(port);
+                axis.start(enabled, port);
             }
             self.inputs.switches[index] = crate::ports::AxisInputs::switches(port);
         }
-        self.sample_inputs();
         if self.globals.get(Gp::AutoStart) != 0 {
             self.start_program(State::Run);
         }
@@ -275,7 +275,8 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
-    /// Takes a CAN frame; one that is not for this module, or no command, is left alone.
+    /// Takes a CAN frame; one that is not for this module, or no command, is left alone. A link holds four replies:
+    /// [`transmit_frame`](Self::transmit_frame) them before the next frames, what finds no room is lost.
     pub fn receive_frame(&mut self, link: &mut Link, frame: &can::Frame) {
         let secondary = self.globals.get(Gp::CanSecondaryId) as u32;
         let own = self.globals.get(Gp::CanId) as u32;

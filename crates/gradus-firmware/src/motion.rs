@@ -1,4 +1,6 @@
 //! Motion commands: ROR, ROL, MST, MVP, and axis parameters.
+//!
+//! Where the manual is silent: SAP 0 and SAP 2 move their own axis only, not its group. MST is accepted while ENABLE is low.
 
 use gradus_motion::Line;
 use gradus_tmcl::catalogue::{Ap, AxisParameter, InterruptKind};

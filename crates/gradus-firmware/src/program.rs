@@ -1,4 +1,10 @@
 //! Program memory and its state: download, protection, breakpoints, control commands 128 to 135 and 141.
+//!
+//! Where the manual is silent:
+//! - Command 129 with an address leaves an interrupt handler in which the program was stopped; the stack stays.
+//! - Command 131 clears everything of the interrupts, the trigger transitions of bank 3 included.
+//! - After STOP the program counter is at the STOP; command 129 type 0 meets it again.
+//! - Command 137 keeps the program, but erases one that is protected against disassembling: its protection ends.
 
 use gradus_tmcl::catalogue::Gp;
 use gradus_tmcl::{Instruction, Status};
@@ -207,6 +213,14 @@ impl<P: Ports, S: Store> Module<P, S> {
                 *cell = Instruction::from_bytes(bytes);
             }
         }
+    }
+
+    /// Command 137: the EEPROM holds no settings any more. They hold until the next start.
+    pub(crate) fn restore_factory_settings(&mut self) {
+        if self.globals.get(Gp::CodeProtection) & NO_DISASSEMBLING != 0 {
+            self.erase_program();
+        }
+        self.eeprom.clear_settings();
     }
 
     pub(crate) fn erase_program(&mut self) {

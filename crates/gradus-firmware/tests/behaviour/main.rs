@@ -1,10 +1,15 @@
 //! A whole TMCM-3351 on fake hardware, driven as a host drives it.
 
+mod coils;
 mod control;
+mod coordinates;
 mod datagrams;
 mod eeprom;
+mod events;
 mod interrupts;
 mod motion;
+mod parameters;
 mod programs;
 mod properties;
+mod stops;
 mod support;

@@ -185,6 +185,12 @@ impl Bench {
         bench
     }
 
+    /// A new module on which moves are short.
+    pub fn fast() -> Self {
+        let axis = |axis: u8| format!("SAP 4, {axis}, 200000; SAP 5, {axis}, 1000000; SAP 17, {axis}, 1000000");
+        Self::set_up(&[0, 1, 2].map(axis).join(";"))
+    }
+
     /// Switches off and on again.
     pub fn power_cycle(self) -> Self {
         let (machine, memory) = self.module.into_parts();
@@ -311,6 +317,15 @@ impl Bench {
     /// An axis parameter, read without a datagram.
     pub fn peek(&mut self, axis: usize, id: Ap) -> i32 {
         self.module.get_axis(axis, id).expect("no such parameter")
+    }
+
+    /// A parameter of all axes, read without datagrams.
+    pub fn all_axes(&mut self, id: Ap) -> [i32; 3] {
+        [0, 1, 2].map(|axis| self.peek(axis, id))
+    }
+
+    pub fn positions(&mut self) -> [i32; 3] {
+        self.all_axes(Ap::ActualPosition)
     }
 
     /// A global parameter.
