@@ -10,79 +10,15 @@
 //!   does not fail for the same reason.
 //! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
-use gradus_motion::{Limits, Ramp};
+use gradus_motion::Ramp;
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 
 use crate::encoder::Encoder;
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::program::NEVER;
-use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
-
-/// Values of axis parameters, by meaning.
-#[derive(Clone, Debug)]
-pub(crate) struct Settings([i32; Ap::COUNT]);
-
-impl Settings {
-    pub(crate) fn factory(catalogue: &Module) -> Self {
-        let mut values = [0; Ap::COUNT];
-        for row in catalogue.axis_parameters {
-            values[row.id as usize] = row.default.unwrap_or(0) as i32;
-        }
-        Self(values)
-    }
-
-    #[inline]
-    pub(crate) fn get(&self, id: Ap) -> i32 {
-        self.0[id as usize]
-    }
-
-    fn unsigned(&self, id: Ap) -> u32 {
-        self.get(id).max(0) as u32
-    }
-
-    fn set(&mut self, id: Ap, value: i32) {
-        self.0[id as usize] = value;
-    }
-}
-
-/// What a tick needs of the settings.
-#[derive(Clone, Copy, Debug, Default)]
-struct Derived {
-    /// A microstep is `1 << phase_shift` steps of 1/256 full step.
-    phase_shift: u32,
-    reversed: bool,
-    run_current: u8,
-    boost_current: u8,
-    standby_current: u8,
-    power_down_us: u64,
-    stop_right: StopSwitch,
-    stop_left: StopSwitch,
-    max_deviation: i32,
-    stall_speed_pps: i32,
-}
-
-/// A stop switch as axis parameters 12 and 13 describe it.
-#[derive(Clone, Copy, Debug, Default)]
-struct StopSwitch {
-    enabled: bool,
-    active_high: bool,
-}
-
-impl StopSwitch {
-    fn new(setting: i32) -> Self {
-        Self { enabled: setting & 1 != 0, active_high: setting & 2 != 0 }
-    }
-
-    fn blocks(self, level: bool) -> bool {
-        self.enabled && level == self.active_high
-    }
-
-    /// As a reference search sees it: without a setting it is active high.
-    fn is_active(self, level: bool) -> bool {
-        level == (self.active_high || !self.enabled)
-    }
-}
+use crate::reference_search::ReferenceSearch;
+use crate::settings::{Derived, Settings};
 
 /// What a tick has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -95,12 +31,6 @@ pub(crate) struct Events {
     pub(crate) deviated: bool,
 }
 
-/// Bits of axis parameter 207.
-const STALL_ERROR: i32 = 1;
-const DEVIATION_ERROR: i32 = 2;
-/// Not in the manual: a reference search has failed.
-const SEARCH_ERROR: i32 = 4;
-
 /// Bit of axis parameter 208.
 const STANDSTILL: i32 = 1 << 7;
 
@@ -110,33 +40,34 @@ const PHASE_PERIOD: i32 = 1024;
 /// One axis of a module.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
-    settings: Settings,
-    derived: Derived,
+    pub(crate) settings: Settings,
+    pub(crate) derived: Derived,
     tick_hz: u32,
-    ramp: Ramp,
+    pub(crate) ramp: Ramp,
     /// The ramp follows an interpolated line.
-    led: bool,
-    encoder: Encoder,
-    search: Option<ReferenceSearch>,
+    pub(crate) led: bool,
+    pub(crate) encoder: Encoder,
+    pub(crate) search: Option<ReferenceSearch>,
     /// A move has been started and its end has not been reported.
-    underway: bool,
+    pub(crate) underway: bool,
     /// A stop switch holds the ramp; it goes on when the way is free.
-    held: bool,
+    pub(crate) held: bool,
     powered: bool,
     phase: i32,
     /// When the standby current is due: never while the motor turns, `None` once it flows.
     standby_at_us: Option<u64>,
-    errors: i32,
+    pub(crate) errors: i32,
 }
 
 impl Axis {
     pub(crate) fn new(catalogue: &Module) -> Self {
         let tick_hz = 1_000_000 / catalogue.tick_us.max(1);
-        let mut axis = Self {
-            settings: Settings::factory(catalogue),
-            derived: Derived::default(),
+        let settings = Settings::factory(catalogue);
+        Self {
+            derived: settings.derive(),
+            ramp: Ramp::new(settings.limits().gains(tick_hz)),
+            settings,
             tick_hz,
-            ramp: Ramp::new(Limits::default().gains(tick_hz)),
             led: false,
             encoder: Encoder::default(),
             search: None,
@@ -146,10 +77,7 @@ impl Axis {
             phase: 0,
             standby_at_us: None,
             errors: 0,
-        };
-        axis.derive();
-        axis.derive_ramp();
-        axis
+        }
     }
 
     /// As after switching on. The coil vector begins at its angle 0, the next one to where it is.
@@ -247,42 +175,16 @@ impl Axis {
     }
 
     fn derive_ramp(&mut self) {
-        let get = |id| self.settings.unsigned(id);
-        let limits = Limits {
-            max_speed_pps: get(Ap::MaxSpeed),
-            acceleration: get(Ap::MaxAcceleration),
-            deceleration: get(Ap::MaxDeceleration),
-            break_speed_pps: get(Ap::BreakVelocity),
-            start_acceleration: get(Ap::StartAcceleration),
-            final_deceleration: get(Ap::FinalDeceleration),
-            start_speed_pps: get(Ap::StartVelocity),
-            stop_speed_pps: get(Ap::StopVelocity),
-        };
-        self.ramp.set_gains(limits.gains(self.tick_hz));
+        self.ramp.set_gains(self.settings.limits().gains(self.tick_hz));
     }
 
     fn derive(&mut self) {
-        let get = |id| self.settings.get(id);
-        let (right, left) = (StopSwitch::new(get(Ap::RightSwitchEnable)), StopSwitch::new(get(Ap::LeftSwitchEnable)));
-        let current = |id| get(id).clamp(0, 255) as u8;
-        self.derived = Derived {
-            phase_shift: 8 - get(Ap::MicrostepResolution).clamp(0, 8) as u32,
-            reversed: get(Ap::ReverseShaft) != 0,
-            run_current: current(Ap::MaxCurrent),
-            boost_current: current(Ap::BoostCurrent),
-            standby_current: current(Ap::StandbyCurrent),
-            power_down_us: u64::from(self.settings.unsigned(Ap::PowerDownDelay)) * 10_000,
-            stop_right: right,
-            stop_left: left,
-            max_deviation: get(Ap::MaxEncoderDeviation),
-            stall_speed_pps: get(Ap::StopOnStall),
-        };
+        self.derived = self.settings.derive();
     }
 
     fn scale_encoder<A: AxisInputs>(&mut self, port: &mut A) {
-        let per_full_step = 1_i64 << self.settings.get(Ap::MicrostepResolution).clamp(0, 8);
-        let per_turn = i64::from(self.settings.get(Ap::FullStepResolution)) * per_full_step;
-        self.encoder.set_scale(per_turn, i64::from(self.settings.get(Ap::EncoderResolution)), port.encoder());
+        let counts_per_turn = i64::from(self.settings.get(Ap::EncoderResolution));
+        self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
     }
 
     pub(crate) fn group(&self) -> i32 {
@@ -361,7 +263,7 @@ impl Axis {
         self.energize(port);
     }
 
-    fn begin(&mut self) -> Result<(), Status> {
+    pub(crate) fn begin(&mut self) -> Result<(), Status> {
         if !self.powered {
             return Err(Status::NOT_AVAILABLE);
         }
@@ -464,163 +366,6 @@ impl Axis {
             derived.boost_current
         } else {
             derived.run_current
-        }
-    }
-}
-
-// What stops a motor.
-impl Axis {
-    /// A stop switch stops motion towards it; when it opens the ramp goes on.
-    fn watch_switches(&mut self, switches: Switches) {
-        let derived = &self.derived;
-        if !derived.stop_left.enabled && !derived.stop_right.enabled {
-            return;
-        }
-        let Switches { left, right, .. } = self.swapped(switches);
-        let heading = self.heading();
-        let blocked =
-            (heading > 0 && derived.stop_right.blocks(right)) || (heading < 0 && derived.stop_left.blocks(left));
-        if blocked != self.held {
-            self.held = blocked;
-            if blocked { self.hold() } else { self.resume() }
-        }
-    }
-
-    /// The end switches in their places (axis parameter 33).
-    fn swapped(&self, switches: Switches) -> Switches {
-        if self.settings.get(Ap::SwapSwitches) == 0 {
-            return switches;
-        }
-        Switches { left: switches.right, right: switches.left, ..switches }
-    }
-
-    /// Which way the motor turns, or would turn if nothing held it.
-    fn heading(&self) -> i32 {
-        match self.ramp.speed_pps().signum() {
-            0 if self.underway => self.ramp.target().wrapping_sub(self.ramp.position()).signum(),
-            0 => self.settings.get(Ap::TargetSpeed).signum(),
-            sign => sign,
-        }
-    }
-
-    fn hold(&mut self) {
-        self.led = false;
-        let deceleration = self.settings.unsigned(Ap::StopDeceleration);
-        if self.settings.get(Ap::SoftStop) != 0 && deceleration != 0 {
-            self.ramp.soft_stop(deceleration);
-        } else {
-            self.ramp.hard_stop();
-        }
-    }
-
-    fn resume(&mut self) {
-        if self.underway {
-            self.ramp.move_to(self.ramp.target());
-        } else {
-            self.ramp.rotate(self.settings.get(Ap::TargetSpeed));
-        }
-    }
-
-    /// Stall and deviation from the encoder stop the motor at once.
-    fn watch_load<A: StepperStage + AxisInputs>(&mut self, port: &mut A) -> Events {
-        let mut events = Events::default();
-        let derived = self.derived;
-        if derived.stall_speed_pps != 0
-            && self.ramp.speed_pps().unsigned_abs() > derived.stall_speed_pps.unsigned_abs()
-            && port.driver().flags & DriverState::STALL != 0
-        {
-            self.halt();
-            self.errors |= STALL_ERROR;
-            events.stalled = true;
-        }
-        if derived.max_deviation != 0 {
-            let encoder = self.encoder.position(port.encoder());
-            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation.unsigned_abs() {
-                self.halt();
-                self.ramp.set_position(encoder);
-                self.errors |= DEVIATION_ERROR;
-                events.deviated = true;
-            }
-        }
-        events
-    }
-}
-
-// Reference search.
-impl Axis {
-    /// What RFS STATUS answers: 0 when no search is under way.
-    pub(crate) fn search_state(&self) -> i32 {
-        self.search.as_ref().map_or(0, ReferenceSearch::stage)
-    }
-
-    pub(crate) fn is_searching(&self) -> bool {
-        self.search.is_some()
-    }
-
-    /// RFS START: stops with the ramp if the motor turns, then searches.
-    ///
-    /// # Errors
-    /// [`Status::NOT_AVAILABLE`] while the drivers are off.
-    pub(crate) fn start_search(&mut self) -> Result<(), Status> {
-        self.begin()?;
-        self.rotate(0)?;
-        self.search = ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode));
-        Ok(())
-    }
-
-    /// RFS STOP: stops with the ramp; the position counter stays as it is.
-    pub(crate) fn stop_search(&mut self) {
-        if self.search.take().is_some() {
-            self.ramp.rotate(0);
-        }
-    }
-
-    /// One tick of a search, in place of the stop switches.
-    fn tick_search<A: AxisInputs>(&mut self, levels: Switches, port: &mut A) {
-        let Switches { left, right, home } = self.swapped(levels);
-        let (left, right) = (self.derived.stop_left.is_active(left), self.derived.stop_right.is_active(right));
-        let switches = Switches { left, right, home };
-        let Some(search) = &mut self.search else { return };
-        let sight = Sight { position: self.ramp.position(), standing: self.ramp.is_idle(), switches };
-        match search.tick(sight) {
-            Step::Continue => {}
-            Step::Turn(way, pace) => self.ramp.rotate(self.search_speed(way, pace)),
-            Step::Brake => self.ramp.rotate(0),
-            Step::Stop => self.hold(),
-            Step::Move(position) => self.ramp.move_to(position),
-            Step::Found(reference) => self.take_reference(reference, port),
-            Step::Fail => {
-                self.hold();
-                self.abandon_search();
-            }
-        }
-    }
-
-    fn search_speed(&self, way: Way, pace: Pace) -> i32 {
-        let speed = match pace {
-            Pace::Rough => self.settings.get(Ap::ReferenceSearchSpeed),
-            Pace::Exact => self.settings.get(Ap::ReferenceSwitchSpeed),
-        };
-        if way == Way::Left { -speed } else { speed }
-    }
-
-    /// Makes the zero point that was found zero for ramp and encoder.
-    fn take_reference<A: AxisInputs>(&mut self, reference: Reference, port: &mut A) {
-        self.search = None;
-        self.settings.set(Ap::LastReferencePosition, reference.zero);
-        if let Some(distance) = reference.distance {
-            self.settings.set(Ap::EndSwitchDistance, distance);
-        }
-        // Not 0 if the axis could not go there, for want of a top speed.
-        let position = self.ramp.position().wrapping_sub(reference.zero);
-        self.ramp.set_position(position);
-        self.encoder.set_position(position, port.encoder());
-    }
-
-    /// Ends a search that has not found its switch.
-    fn abandon_search(&mut self) {
-        if self.search.take().is_some() {
-            self.errors |= SEARCH_ERROR;
         }
     }
 }

@@ -170,7 +170,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::MVP => return self.move_to_position(MoveKind(kind), motor, value),
             Opcode::MVPA => return self.move_to_position(MoveKind(kind), motor, accumulator),
             Opcode::MVPXA => return self.move_to_position(MoveKind(kind), axis_in(x)?, accumulator),
-            Opcode::RFS => return self.reference_search(Search(kind), motor),
+            Opcode::RFS => return self.reference_search(Search(kind), motor, value),
             Opcode::GGP => return self.get_global(kind, motor),
             Opcode::SGP => self.set_global(kind, motor, value)?,
             Opcode::AGP => self.set_global(kind, motor, accumulator)?,

@@ -32,6 +32,8 @@ mod motion;
 mod ports;
 mod program;
 mod reference_search;
+mod settings;
+mod supervision;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind, Telegram};

@@ -173,7 +173,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     ///
     /// # Errors
     /// [`Status::INVALID_VALUE`] for an axis, [`Status::WRONG_TYPE`] for an unknown kind.
-    pub(crate) fn reference_search(&mut self, what: Search, motor: u8) -> Result<i32, Status> {
+    pub(crate) fn reference_search(&mut self, what: Search, motor: u8, value: i32) -> Result<i32, Status> {
         let index = self.axis_index(motor)?;
         match what {
             Search::STATUS => return Ok(self.axes.get(index).map_or(0, Axis::search_state)),
@@ -185,7 +185,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             if what == Search::START { axis.start_search()? } else { axis.stop_search() }
         }
         self.wake_axes();
-        Ok(0)
+        Ok(value)
     }
 
     /// All motors stop with their ramps, as after MST.

@@ -1,0 +1,123 @@
+//! Axis parameters: what the user has set, and what a tick needs of it.
+
+use gradus_motion::Limits;
+use gradus_tmcl::catalogue::{Ap, Module};
+
+/// Values of axis parameters, by meaning.
+#[derive(Clone, Debug)]
+pub(crate) struct Settings([i32; Ap::COUNT]);
+
+impl Settings {
+    pub(crate) fn factory(catalogue: &Module) -> Self {
+        let mut values = [0; Ap::COUNT];
+        for row in catalogue.axis_parameters {
+            values[row.id as usize] = row.default.unwrap_or(0) as i32;
+        }
+        Self(values)
+    }
+
+    #[inline]
+    pub(crate) fn get(&self, id: Ap) -> i32 {
+        self.0[id as usize]
+    }
+
+    /// The value, 0 if it is negative.
+    pub(crate) fn unsigned(&self, id: Ap) -> u32 {
+        self.get(id).max(0) as u32
+    }
+
+    pub(crate) fn set(&mut self, id: Ap, value: i32) {
+        self.0[id as usize] = value;
+    }
+}
+
+// What depends on them.
+impl Settings {
+    /// Limits of the ramp (axis parameters 4, 5 and 15 to 20).
+    pub(crate) fn limits(&self) -> Limits {
+        let get = |id| self.unsigned(id);
+        Limits {
+            max_speed_pps: get(Ap::MaxSpeed),
+            acceleration: get(Ap::MaxAcceleration),
+            deceleration: get(Ap::MaxDeceleration),
+            break_speed_pps: get(Ap::BreakVelocity),
+            start_acceleration: get(Ap::StartAcceleration),
+            final_deceleration: get(Ap::FinalDeceleration),
+            start_speed_pps: get(Ap::StartVelocity),
+            stop_speed_pps: get(Ap::StopVelocity),
+        }
+    }
+
+    /// Microsteps of a turn of the motor (axis parameters 140 and 202).
+    pub(crate) fn microsteps_per_turn(&self) -> i64 {
+        i64::from(self.get(Ap::FullStepResolution)) << self.resolution()
+    }
+
+    /// Binary logarithm of the microsteps of a full step (axis parameter 140).
+    fn resolution(&self) -> u32 {
+        self.get(Ap::MicrostepResolution).clamp(0, 8) as u32
+    }
+
+    pub(crate) fn derive(&self) -> Derived {
+        let get = |id| self.get(id);
+        let current = |id| get(id).clamp(0, 255) as u8;
+        let soft_stop = get(Ap::SoftStop) != 0 && get(Ap::StopDeceleration) != 0;
+        Derived {
+            phase_shift: 8 - self.resolution(),
+            reversed: get(Ap::ReverseShaft) != 0,
+            run_current: current(Ap::MaxCurrent),
+            boost_current: current(Ap::BoostCurrent),
+            standby_current: current(Ap::StandbyCurrent),
+            power_down_us: u64::from(self.unsigned(Ap::PowerDownDelay)) * 10_000,
+            stop_right: StopSwitch::new(get(Ap::RightSwitchEnable)),
+            stop_left: StopSwitch::new(get(Ap::LeftSwitchEnable)),
+            swapped: get(Ap::SwapSwitches) != 0,
+            stop_deceleration: soft_stop.then(|| self.unsigned(Ap::StopDeceleration)),
+            max_deviation: get(Ap::MaxEncoderDeviation),
+            stall_speed_pps: get(Ap::StopOnStall),
+        }
+    }
+}
+
+/// What a tick needs of the settings.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Derived {
+    /// A microstep is `1 << phase_shift` steps of 1/256 full step.
+    pub(crate) phase_shift: u32,
+    pub(crate) reversed: bool,
+    pub(crate) run_current: u8,
+    pub(crate) boost_current: u8,
+    pub(crate) standby_current: u8,
+    pub(crate) power_down_us: u64,
+    pub(crate) stop_right: StopSwitch,
+    pub(crate) stop_left: StopSwitch,
+    /// The stop switch inputs are exchanged.
+    pub(crate) swapped: bool,
+    /// Deceleration of a soft stop, `None` for a hard one.
+    pub(crate) stop_deceleration: Option<u32>,
+    pub(crate) max_deviation: i32,
+    pub(crate) stall_speed_pps: i32,
+}
+
+/// A stop switch as axis parameters 12 and 13 describe it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StopSwitch {
+    pub(crate) enabled: bool,
+    active_high: bool,
+}
+
+impl StopSwitch {
+    fn new(setting: i32) -> Self {
+        Self { enabled: setting & 1 != 0, active_high: setting & 2 != 0 }
+    }
+
+    /// True if the switch stops the motor.
+    pub(crate) fn blocks(self, level: bool) -> bool {
+        self.enabled && level == self.active_high
+    }
+
+    /// As a reference search sees it: without a setting it is active high.
+    pub(crate) fn is_active(self, level: bool) -> bool {
+        level == (self.active_high || !self.enabled)
+    }
+}

@@ -1,0 +1,169 @@
+//! What stops an axis or takes it over: stop switches, stall, deviation from the encoder, reference search.
+
+use gradus_tmcl::Status;
+use gradus_tmcl::catalogue::Ap;
+
+use crate::axis::{Axis, Events};
+use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
+use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
+
+/// Bits of axis parameter 207.
+const STALL_ERROR: i32 = 1;
+const DEVIATION_ERROR: i32 = 2;
+/// Not in the manual: a reference search has failed.
+const SEARCH_ERROR: i32 = 4;
+
+// What stops a motor.
+impl Axis {
+    /// A stop switch stops motion towards it; when it opens the ramp goes on.
+    pub(crate) fn watch_switches(&mut self, switches: Switches) {
+        let derived = &self.derived;
+        if !derived.stop_left.enabled && !derived.stop_right.enabled {
+            return;
+        }
+        let Switches { left, right, .. } = self.swapped(switches);
+        let heading = self.heading();
+        let blocked =
+            (heading > 0 && derived.stop_right.blocks(right)) || (heading < 0 && derived.stop_left.blocks(left));
+        if blocked != self.held {
+            self.held = blocked;
+            if blocked { self.hold() } else { self.resume() }
+        }
+    }
+
+    /// The end switches in their places (axis parameter 33).
+    fn swapped(&self, switches: Switches) -> Switches {
+        match self.derived.swapped {
+            true => Switches { left: switches.right, right: switches.left, ..switches },
+            false => switches,
+        }
+    }
+
+    /// Which way the motor turns, or would turn if nothing held it.
+    fn heading(&self) -> i32 {
+        match self.ramp.speed_pps().signum() {
+            0 if self.underway => self.ramp.target().wrapping_sub(self.ramp.position()).signum(),
+            0 => self.settings.get(Ap::TargetSpeed).signum(),
+            sign => sign,
+        }
+    }
+
+    fn hold(&mut self) {
+        self.led = false;
+        match self.derived.stop_deceleration {
+            Some(deceleration) => self.ramp.soft_stop(deceleration),
+            None => self.ramp.hard_stop(),
+        }
+    }
+
+    fn resume(&mut self) {
+        if self.underway {
+            self.ramp.move_to(self.ramp.target());
+        } else {
+            self.ramp.rotate(self.settings.get(Ap::TargetSpeed));
+        }
+    }
+
+    /// Stall and deviation from the encoder stop the motor at once.
+    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, port: &mut A) -> Events {
+        let mut events = Events::default();
+        let derived = self.derived;
+        if derived.stall_speed_pps != 0
+            && self.ramp.speed_pps().unsigned_abs() > derived.stall_speed_pps.unsigned_abs()
+            && port.driver().flags & DriverState::STALL != 0
+        {
+            self.halt();
+            self.errors |= STALL_ERROR;
+            events.stalled = true;
+        }
+        if derived.max_deviation != 0 {
+            let encoder = self.encoder.position(port.encoder());
+            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation.unsigned_abs() {
+                self.halt();
+                self.ramp.set_position(encoder);
+                self.errors |= DEVIATION_ERROR;
+                events.deviated = true;
+            }
+        }
+        events
+    }
+}
+
+// Reference search.
+impl Axis {
+    /// What RFS STATUS answers: 0 when no search is under way.
+    pub(crate) fn search_state(&self) -> i32 {
+        self.search.as_ref().map_or(0, ReferenceSearch::stage)
+    }
+
+    pub(crate) fn is_searching(&self) -> bool {
+        self.search.is_some()
+    }
+
+    /// RFS START: stops with the ramp if the motor turns, then searches.
+    ///
+    /// # Errors
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off.
+    pub(crate) fn start_search(&mut self) -> Result<(), Status> {
+        self.begin()?;
+        self.rotate(0)?;
+        self.search = ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode));
+        Ok(())
+    }
+
+    /// RFS STOP: stops with the ramp; the position counter stays as it is.
+    pub(crate) fn stop_search(&mut self) {
+        if self.search.take().is_some() {
+            self.ramp.rotate(0);
+        }
+    }
+
+    /// One tick of a search, in place of the stop switches.
+    pub(crate) fn tick_search<A: AxisInputs>(&mut self, levels: Switches, port: &mut A) {
+        let Switches { left, right, home } = self.swapped(levels);
+        let (left, right) = (self.derived.stop_left.is_active(left), self.derived.stop_right.is_active(right));
+        let switches = Switches { left, right, home };
+        let Some(search) = &mut self.search else { return };
+        let sight = Sight { position: self.ramp.position(), standing: self.ramp.is_idle(), switches };
+        match search.tick(sight) {
+            Step::Continue => {}
+            Step::Turn(way, pace) => self.ramp.rotate(self.search_speed(way, pace)),
+            Step::Brake => self.ramp.rotate(0),
+            Step::Stop => self.hold(),
+            Step::Move(position) => self.ramp.move_to(position),
+            Step::Found(reference) => self.take_reference(reference, port),
+            Step::Fail => {
+                self.hold();
+                self.abandon_search();
+            }
+        }
+    }
+
+    fn search_speed(&self, way: Way, pace: Pace) -> i32 {
+        let speed = match pace {
+            Pace::Rough => self.settings.get(Ap::ReferenceSearchSpeed),
+            Pace::Exact => self.settings.get(Ap::ReferenceSwitchSpeed),
+        };
+        if way == Way::Left { -speed } else { speed }
+    }
+
+    /// Makes the zero point that was found zero for ramp and encoder.
+    fn take_reference<A: AxisInputs>(&mut self, reference: Reference, port: &mut A) {
+        self.search = None;
+        self.settings.set(Ap::LastReferencePosition, reference.zero);
+        if let Some(distance) = reference.distance {
+            self.settings.set(Ap::EndSwitchDistance, distance);
+        }
+        // Not 0 if the axis could not go there, for want of a top speed.
+        let position = self.ramp.position().wrapping_sub(reference.zero);
+        self.ramp.set_position(position);
+        self.encoder.set_position(position, port.encoder());
+    }
+
+    /// Ends a search that has not found its switch.
+    pub(crate) fn abandon_search(&mut self) {
+        if self.search.take().is_some() {
+            self.errors |= SEARCH_ERROR;
+        }
+    }
+}
