@@ -34,6 +34,8 @@ pub enum EndpointError {
         "{address} can be reached from other computers, which could move the motors; use 127.0.0.1 or allow remote hosts"
     )]
     Remote { address: SocketAddr },
+    #[error("a server has {most} endpoints at most")]
+    TooMany { most: usize },
     #[error("cannot open a pseudo-terminal")]
     Pty { source: io::Error },
     #[error("cannot make the link {path}")]

@@ -36,6 +36,12 @@ const MAX_LAG: Duration = Duration::from_millis(100);
 /// Lines at once; more hosts wait until one goes.
 const MAX_LINES: usize = 500;
 
+/// Endpoints of a server.
+const MAX_ENDPOINTS: usize = 100;
+
+/// The stop, the console, an endpoint's listener or visitors each, the lines.
+const MAX_SOURCES: usize = 2 + MAX_ENDPOINTS + MAX_LINES;
+
 /// How a server runs.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Options {
@@ -92,8 +98,11 @@ impl Server {
     /// Opens the endpoints.
     ///
     /// # Errors
-    /// When one of them cannot be opened; none stays open then.
+    /// When one of them cannot be opened, or there are more than 100; none stays open then.
     pub fn open(bench: Bench, endpoints: &[Endpoint], options: Options) -> Result<Self, ServeError> {
+        if endpoints.len() > MAX_ENDPOINTS {
+            return Err(EndpointError::TooMany { most: MAX_ENDPOINTS }.into());
+        }
         let (stop, stopper) = UnixStream::pair().map_err(ServeError::Wait)?;
         let mut server = Self {
             pace: Pace::new(options.speed, Instant::now(), bench.now()),
@@ -181,14 +190,15 @@ impl Server {
     /// When the EEPROM file cannot be written: no reply goes out then that would promise a stored value.
     pub fn run(&mut self, mut console: Option<Console>) -> Result<(), ServeError> {
         self.pace.restart(Instant::now(), self.bench.now());
+        let mut ready = Vec::with_capacity(MAX_SOURCES);
         loop {
-            let ready = self.wait(console.as_ref()).map_err(ServeError::Wait)?;
+            self.wait(console.as_ref(), &mut ready).map_err(ServeError::Wait)?;
             let wall = self.advance();
             if ready.contains(&Source::Stop) {
                 break;
             }
-            for source in ready {
-                self.serve(source, &mut console, wall);
+            for source in &ready {
+                self.serve(*source, &mut console, wall);
             }
             self.bench.eeprom().check()?;
             self.flush();
@@ -201,16 +211,21 @@ impl Server {
         &mut self.bench
     }
 
-    fn wait(&self, console: Option<&Console>) -> io::Result<Vec<Source>> {
-        let (sources, mut descriptors): (Vec<_>, Vec<_>) = self.sources(console).unzip();
+    /// Waits until something comes or is due. Allocates nothing, as nothing in the loop does that a command or a tick needs.
+    fn wait(&self, console: Option<&Console>, ready: &mut Vec<Source>) -> io::Result<()> {
+        ready.clear();
+        let descriptors = self.sources(console).map(|(_, descriptor)| descriptor);
+        let mut descriptors: heapless::Vec<_, MAX_SOURCES> = descriptors.collect();
         let timeout = self.timeout().and_then(|timeout| Timespec::try_from(timeout).ok());
         match poll(&mut descriptors, timeout.as_ref()) {
-            Ok(0) | Err(Errno::INTR) => return Ok(Vec::new()),
             Ok(_) => {}
+            Err(Errno::INTR) => return Ok(()),
             Err(error) => return Err(error.into()),
         }
-        let is_ready = |(_, descriptor): &(Source, PollFd)| !descriptor.revents().is_empty();
-        Ok(sources.into_iter().zip(descriptors).filter(is_ready).map(|(source, _)| source).collect())
+        let polled = self.sources(console).zip(&descriptors);
+        let has_come = polled.filter(|(_, descriptor)| !descriptor.revents().is_empty());
+        ready.extend(has_come.map(|((source, _), _)| source));
+        Ok(())
     }
 
     /// The arrival of a visitor comes before its bytes.
@@ -327,6 +342,13 @@ mod tests {
     use super::*;
     use crate::Machine;
     use crate::eeprom::tests::broken;
+
+    #[test]
+    fn too_many_endpoints_are_refused_before_any_is_opened() {
+        let endpoints = vec![Endpoint::Tcp("127.0.0.1:0".parse().unwrap()); MAX_ENDPOINTS + 1];
+        let error = Server::open(Bench::with_defaults(&TMCM_3351), &endpoints, Options::default()).unwrap_err();
+        assert_eq!(error.to_string(), "a server has 100 endpoints at most");
+    }
 
     #[test]
     fn value_that_cannot_be_stored_is_never_acknowledged() {
