@@ -309,7 +309,7 @@ impl Axis {
         port: &mut A,
     ) -> Events {
         match self.search {
-            None => self.watch_switches(switches),
+            None => self.watch_stops(switches),
             Some(_) => self.tick_search(switches, port),
         }
         let before = self.ramp.position();

@@ -58,10 +58,18 @@ impl Settings {
         self.get(Ap::MicrostepResolution).clamp(0, 8) as u32
     }
 
+    /// The stop with axis parameter 21; without a deceleration it is a hard one.
+    fn linear_stop(&self) -> Stop {
+        match self.unsigned(Ap::StopDeceleration) {
+            0 => Stop::Hard,
+            deceleration => Stop::Linear(deceleration),
+        }
+    }
+
     pub(crate) fn derive(&self) -> Derived {
         let get = |id| self.get(id);
         let current = |id| get(id).clamp(0, 255) as u8;
-        let soft_stop = get(Ap::SoftStop) != 0 && get(Ap::StopDeceleration) != 0;
+        let soft_stop = if get(Ap::SoftStop) != 0 { self.linear_stop() } else { Stop::Hard };
         Derived {
             phase_shift: 8 - self.resolution(),
             reversed: get(Ap::ReverseShaft) != 0,
@@ -72,11 +80,30 @@ impl Settings {
             stop_right: StopSwitch::new(get(Ap::RightSwitchEnable)),
             stop_left: StopSwitch::new(get(Ap::LeftSwitchEnable)),
             swapped: get(Ap::SwapSwitches) != 0,
-            stop_deceleration: soft_stop.then(|| self.unsigned(Ap::StopDeceleration)),
+            switch_stop: soft_stop,
+            virtual_left: (get(Ap::VirtualStopEnable) & 1 != 0).then(|| get(Ap::VirtualStopLeft)),
+            virtual_right: (get(Ap::VirtualStopEnable) & 2 != 0).then(|| get(Ap::VirtualStopRight)),
+            virtual_stop: match get(Ap::VirtualStopMode) {
+                0 => Stop::Ramp,
+                1 => Stop::Hard,
+                _ => self.linear_stop(),
+            },
             max_deviation: get(Ap::MaxEncoderDeviation),
             stall_speed_pps: get(Ap::StopOnStall),
         }
     }
+}
+
+/// How a motor comes to rest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Stop {
+    /// At once.
+    #[default]
+    Hard,
+    /// With the ramp of the settings.
+    Ramp,
+    /// With a deceleration of its own.
+    Linear(u32),
 }
 
 /// What a tick needs of the settings.
@@ -93,8 +120,12 @@ pub(crate) struct Derived {
     pub(crate) stop_left: StopSwitch,
     /// The stop switch inputs are exchanged.
     pub(crate) swapped: bool,
-    /// Deceleration of a soft stop, `None` for a hard one.
-    pub(crate) stop_deceleration: Option<u32>,
+    /// How a stop switch stops (axis parameter 34).
+    pub(crate) switch_stop: Stop,
+    /// Virtual stops, where they are enabled (axis parameters 26 to 29).
+    pub(crate) virtual_left: Option<i32>,
+    pub(crate) virtual_right: Option<i32>,
+    pub(crate) virtual_stop: Stop,
     pub(crate) max_deviation: i32,
     pub(crate) stall_speed_pps: i32,
 }
@@ -102,8 +133,16 @@ pub(crate) struct Derived {
 /// A stop switch as axis parameters 12 and 13 describe it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StopSwitch {
-    pub(crate) enabled: bool,
+    enabled: bool,
     active_high: bool,
+}
+
+impl Derived {
+    /// True if anything can stop the motor on its way.
+    pub(crate) fn has_stops(&self) -> bool {
+        let switches = self.stop_left.enabled || self.stop_right.enabled;
+        switches || self.virtual_left.is_some() || self.virtual_right.is_some()
+    }
 }
 
 impl StopSwitch {

@@ -1,4 +1,4 @@
-//! What stops an axis or takes it over: stop switches, stall, deviation from the encoder, reference search.
+//! What stops an axis or takes it over: stop switches, virtual stops, stall, deviation from the encoder, reference search.
 
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::Ap;
@@ -6,6 +6,7 @@ use gradus_tmcl::catalogue::Ap;
 use crate::axis::{Axis, Events};
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
+use crate::settings::Stop;
 
 /// Bits of axis parameter 207.
 const STALL_ERROR: i32 = 1;
@@ -15,20 +16,31 @@ const SEARCH_ERROR: i32 = 4;
 
 // What stops a motor.
 impl Axis {
-    /// A stop switch stops motion towards it; when it opens the ramp goes on.
-    pub(crate) fn watch_switches(&mut self, switches: Switches) {
-        let derived = &self.derived;
-        if !derived.stop_left.enabled && !derived.stop_right.enabled {
+    /// A stop switch and a virtual stop stop motion towards them; when the way is free again the ramp goes on.
+    pub(crate) fn watch_stops(&mut self, switches: Switches) {
+        if !self.derived.has_stops() && !self.held {
             return;
         }
-        let Switches { left, right, .. } = self.swapped(switches);
-        let heading = self.heading();
-        let blocked =
-            (heading > 0 && derived.stop_right.blocks(right)) || (heading < 0 && derived.stop_left.blocks(left));
-        if blocked != self.held {
-            self.held = blocked;
-            if blocked { self.hold() } else { self.resume() }
+        let stop = self.stop_ahead(self.swapped(switches));
+        if stop.is_some() == self.held {
+            return;
         }
+        self.held = stop.is_some();
+        match stop {
+            Some(stop) => self.hold(stop),
+            None => self.resume(),
+        }
+    }
+
+    /// How to stop, if the motor must not go on in its direction.
+    fn stop_ahead(&self, switches: Switches) -> Option<Stop> {
+        let (derived, position) = (&self.derived, self.ramp.position());
+        let (by_switch, by_position) = match self.heading() {
+            1 => (derived.stop_right.blocks(switches.right), derived.virtual_right.is_some_and(|end| position >= end)),
+            -1 => (derived.stop_left.blocks(switches.left), derived.virtual_left.is_some_and(|end| position <= end)),
+            _ => (false, false),
+        };
+        if by_switch { Some(derived.switch_stop) } else { by_position.then_some(derived.virtual_stop) }
     }
 
     /// The end switches in their places (axis parameter 33).
@@ -48,11 +60,12 @@ impl Axis {
         }
     }
 
-    fn hold(&mut self) {
+    fn hold(&mut self, stop: Stop) {
         self.led = false;
-        match self.derived.stop_deceleration {
-            Some(deceleration) => self.ramp.soft_stop(deceleration),
-            None => self.ramp.hard_stop(),
+        match stop {
+            Stop::Hard => self.ramp.hard_stop(),
+            Stop::Ramp => self.ramp.rotate(0),
+            Stop::Linear(deceleration) => self.ramp.soft_stop(deceleration),
         }
     }
 
@@ -129,11 +142,11 @@ impl Axis {
             Step::Continue => {}
             Step::Turn(way, pace) => self.ramp.rotate(self.search_speed(way, pace)),
             Step::Brake => self.ramp.rotate(0),
-            Step::Stop => self.hold(),
+            Step::Stop => self.hold(self.derived.switch_stop),
             Step::Move(position) => self.ramp.move_to(position),
             Step::Found(reference) => self.take_reference(reference, port),
             Step::Fail => {
-                self.hold();
+                self.hold(self.derived.switch_stop);
                 self.abandon_search();
             }
         }

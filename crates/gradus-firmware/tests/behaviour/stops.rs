@@ -131,6 +131,53 @@ fn switch_levels_can_be_read() {
     assert_eq!([9, 10, 11].map(|number| bench.get(number, 1)), [0, 1, 0]);
 }
 
+// Virtual stops.
+
+/// A motor at 10 000 pps, braking with 100 000 pps^2, runs towards a virtual stop at 5000 or -5000 microsteps.
+fn run_to_virtual_stop(settings: &str, command: &str) -> Bench {
+    let mut bench = Bench::fast();
+    bench.all("SAP 5, 0, 100000; SAP 17, 0, 100000; SAP 4, 0, 10000; SAP 26, 0, -5000; SAP 27, 0, 5000");
+    bench.all(&format!("{settings}; {command}"));
+    bench.advance_ms(2_000);
+    bench
+}
+
+#[test]
+fn virtual_stop_stops_motion_towards_it() {
+    // A braking ramp takes 500 microsteps, a stop with 20 000 pps^2 takes 2500; a tick is one microstep.
+    for (settings, command, expected) in [
+        ("SAP 28, 0, 3; SAP 29, 0, 1", "ROR 0, 10000", 5_000),
+        ("SAP 28, 0, 3; SAP 29, 0, 1", "MVP ABS, 0, 8000", 5_000),
+        ("SAP 28, 0, 3; SAP 29, 0, 1", "ROL 0, 10000", -5_000),
+        ("SAP 28, 0, 2; SAP 29, 0, 0", "MVP ABS, 0, 8000", 5_500),
+        ("SAP 28, 0, 1; SAP 29, 0, 0", "MVP ABS, 0, -8000", -5_500),
+        ("SAP 28, 0, 2; SAP 29, 0, 2; SAP 21, 0, 20000", "ROR 0, 10000", 7_500),
+        ("SAP 28, 0, 2; SAP 29, 0, 2; SAP 21, 0, 0", "ROR 0, 10000", 5_000),
+        ("SAP 28, 0, 1; SAP 29, 0, 1", "MVP ABS, 0, 8000", 8_000),
+        ("SAP 28, 0, 0; SAP 29, 0, 1", "MVP ABS, 0, -8000", -8_000),
+        ("SAP 28, 0, 3; SAP 29, 0, 0", "MVP ABS, 0, 5000", 5_000),
+    ] {
+        let mut bench = run_to_virtual_stop(settings, command);
+        let position = bench.get(1, 0);
+        assert!((position - expected).abs() <= 2, "{settings}, {command}: stands at {position}, not {expected}");
+        assert_eq!(bench.get(3, 0), 0, "{settings}, {command}");
+    }
+}
+
+#[test]
+fn motor_may_leave_a_virtual_stop_and_goes_on_when_it_is_disabled() {
+    let mut bench = run_to_virtual_stop("SAP 28, 0, 3; SAP 29, 0, 1", "MVP ABS, 0, 8000");
+    assert_eq!(bench.get(8, 0), 0);
+    bench.ask("MVP ABS, 0, 100");
+    bench.arrive(0);
+    assert_eq!(bench.get(1, 0), 100);
+    bench.ask("MVP ABS, 0, 8000");
+    bench.advance_ms(2_000);
+    bench.ask("SAP 28, 0, 0");
+    bench.arrive(0);
+    assert_eq!(bench.get(1, 0), 8_000);
+}
+
 // ENABLE.
 
 #[test]
