@@ -1,16 +1,17 @@
 //! One tick of the ramp generator.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gradus_motion::{Limits, Ramp};
+use gradus_motion::{Gains, Limits, Ramp};
 
 const TICKS: u64 = 10_000;
+const TICK_HZ: u32 = 10_000;
 
-fn ramp(criterion: &mut Criterion) {
+/// Moves forth and back, without end.
+fn ticks(criterion: &mut Criterion, name: &str, gains: Gains) {
     let mut group = criterion.benchmark_group("ramp");
     group.throughput(Throughput::Elements(TICKS));
-    let limits = Limits { max_speed_pps: 51_200, acceleration: 51_200, deceleration: 51_200, ..Limits::default() };
-    let mut ramp = Ramp::new(limits.gains(10_000));
-    group.bench_function("trapezoid, ticks", |bencher| {
+    let mut ramp = Ramp::new(gains);
+    group.bench_function(name, |bencher| {
         bencher.iter(|| {
             for _ in 0..TICKS {
                 if ramp.is_idle() {
@@ -24,5 +25,17 @@ fn ramp(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, ramp);
+fn limits() -> Limits {
+    Limits { max_speed_pps: 51_200, acceleration: 51_200, deceleration: 51_200, ..Limits::default() }
+}
+
+fn trapezoid(criterion: &mut Criterion) {
+    ticks(criterion, "trapezoid, ticks", limits().gains(TICK_HZ));
+}
+
+fn s_shape(criterion: &mut Criterion) {
+    ticks(criterion, "S-shape, ticks", limits().gains(TICK_HZ).s_shaped([100_000, 200_000, 100_000, 200_000]));
+}
+
+criterion_group!(benches, trapezoid, s_shape);
 criterion_main!(benches);

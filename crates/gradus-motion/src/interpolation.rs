@@ -19,7 +19,8 @@ const SHARE_BITS: u32 = 62;
 ///
 /// The longest move keeps its own limits as far as no other axis would exceed its own: the path takes the lowest of
 /// all limits, each scaled to the path. Where a shorter move has a break speed, the lower of its two accelerations
-/// counts. Limits set later do not change the line. If one of the axes cannot move at all (a limit of zero), the line
+/// counts. The path is S-shaped if the ramp of the longest move is; it keeps the bows of the others too, as far as they
+/// are S-shaped. Limits set later do not change the line. If one of the axes cannot move at all (a limit of zero), the line
 /// is done at once and each goes by itself.
 ///
 /// ```
@@ -55,6 +56,8 @@ struct Share {
     /// Way and speed of the last tick, 48 fraction bits.
     travel: i64,
     speed: i64,
+    /// On an S-shaped path, 48 fraction bits.
+    acceleration: i64,
 }
 
 impl<const N: usize> Line<N> {
@@ -82,7 +85,7 @@ impl<const N: usize> Line<N> {
     /// Moves axis number `axis` as far as the last tick took it. An axis that takes no part is left alone.
     pub fn lead(&self, axis: usize, ramp: &mut Ramp) {
         let Some(share) = self.axes.get(axis).filter(|share| share.distance != 0) else { return };
-        ramp.lead(share.travel, share.speed);
+        ramp.lead(share.travel, share.speed, share.acceleration);
         if self.is_done() {
             ramp.plan();
         }
@@ -108,6 +111,7 @@ impl Share {
             position: (i64::from(distance) << 32).wrapping_neg(),
             travel: 0,
             speed: 0,
+            acceleration: 0,
         }
     }
 
@@ -116,6 +120,7 @@ impl Share {
         self.travel = position.wrapping_sub(self.position) << (FRACTION_BITS - 32);
         self.position = position;
         self.speed = self.of(path.speed());
+        self.acceleration = self.of(path.curve_acceleration());
     }
 
     fn of(&self, value: i64) -> i64 {

@@ -17,12 +17,14 @@
 //! assert_eq!((ramp.position(), ticks), (51_200, 20_000));
 //! ```
 //!
-//! A tick adds three integers; only where one phase of constant acceleration ends and the next begins does it plan,
-//! with a bounded number of multiplications and divisions. All arithmetic is integer and every sum is exact, so motion
-//! is equal to the bit on every machine and does not drift.
+//! A ramp is trapezoidal or six-point, or S-shaped if its gains were made with [`Gains::s_shaped`].
 //!
-//! Not here: parameter numbers, switches and stops (the firmware calls [`Ramp::hard_stop`] and [`Ramp::soft_stop`]),
-//! and S-shaped ramps.
+//! A tick adds some integers; only where one phase ends and the next begins does it plan, with a bounded number of
+//! multiplications and divisions. Trapezoids are planned in integers, and every sum is exact. S-shaped ramps are
+//! planned in `f64`, by operations that round alike everywhere. So motion is equal to the bit on every machine, ends
+//! exactly on its target and does not drift.
+//!
+//! Not here: parameter numbers, switches and stops (the firmware calls [`Ramp::hard_stop`] and [`Ramp::soft_stop`]).
 
 #![no_std]
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
@@ -34,6 +36,8 @@ mod interpolation;
 mod limits;
 mod plan;
 mod ramp;
+mod s_plan;
+mod s_ramp;
 
 #[cfg(test)]
 mod tests;

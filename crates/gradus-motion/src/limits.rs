@@ -1,5 +1,7 @@
 //! Limits of a ramp as the user sets them, and the same per control tick.
 
+use core::array;
+
 use crate::plan::Brake;
 
 /// Fraction bits of a position, a speed (microsteps a tick) and an acceleration (microsteps a tick, each tick).
@@ -7,6 +9,13 @@ pub(crate) const FRACTION_BITS: u32 = 48;
 
 /// Largest speed, and largest change of speed in a tick; leaves room for sums of two.
 const MAX_PER_TICK: i64 = 1 << 60;
+
+/// Fraction bits of a jerk (microsteps a tick, each tick, each tick), and of what an S-shaped ramp sums up. One pps^3
+/// at 10 kHz is 4.7e9 in the last place.
+pub(crate) const JERK_BITS: u32 = 72;
+
+/// Largest jerk: brings any acceleration within a part of a tick.
+const MAX_JERK: i128 = 1 << (20 + JERK_BITS);
 
 /// Limits of trapezoidal and six-point ramps, in microsteps and seconds. Signless: they hold for both directions.
 ///
@@ -61,6 +70,7 @@ impl Limits {
                 rate.speed_per_tick(self.break_speed_pps),
                 rate.deceleration_per_tick(deceleration),
             ),
+            bows: None,
         }
     }
 }
@@ -76,16 +86,43 @@ pub struct Gains {
     pub(crate) start_acceleration: i64,
     pub(crate) acceleration: i64,
     pub(crate) brake: Brake,
+    /// Jerks of an S-shaped ramp, 72 fraction bits.
+    pub(crate) bows: Option<[i128; 4]>,
 }
 
 impl Gains {
+    /// The same limits for an S-shaped ramp with these bows, in microsteps per second cubed (TMCM-3351 axis parameters
+    /// 22 to 25, each multiplied by 35): bow 1 raises the acceleration, bow 2 lowers it, bow 3 raises the deceleration,
+    /// bow 4 lowers it.
+    ///
+    /// The manual is silent about zeros; a bow of zero does not limit its change, as if it were very large. Break
+    /// speed, start acceleration and final deceleration do not count. Motion begins with a step to the start speed
+    /// and ends with a step from the stop speed; the acceleration is zero at both.
+    ///
+    /// Bows are rounded up, by less than 6 * 2^-72 microsteps a tick cubed: 1.3e-9 of 1 pps^3 at 10 kHz.
+    ///
+    /// ```
+    /// use gradus_motion::{Limits, Ramp};
+    ///
+    /// let limits = Limits { max_speed_pps: 51_200, acceleration: 51_200, deceleration: 51_200, ..Limits::default() };
+    /// let mut ramp = Ramp::new(limits.gains(10_000).s_shaped([512_000; 4]));
+    /// ramp.move_to(51_200);
+    /// let mut ticks = 0;
+    /// while !ramp.is_idle() {
+    ///     ramp.tick();
+    ///     ticks += 1;
+    /// }
+    /// assert_eq!((ramp.position(), ticks), (51_200, 21_025)); // 2.1024984 s are the shortest time
+    /// ```
+    pub fn s_shaped(self, bows: [u64; 4]) -> Self {
+        Self { bows: Some(bows.map(|bow| self.rate.jerk_per_tick(bow))), ..self }
+    }
+
     /// These limits of an axis that moves by `length`, lowered so that an axis that moves by the shorter `distance` in
     /// the same time stays within `other`.
     pub(crate) fn lowered(&self, other: &Self, length: u32, distance: u32) -> Self {
-        let lower = |own: i64, other: i64| {
-            let scaled = i128::from(other) * i128::from(length) / i128::from(distance.max(1));
-            own.min(scaled.min(i128::from(MAX_PER_TICK)) as i64)
-        };
+        let scaled = |other: i128| other * i128::from(length) / i128::from(distance.max(1));
+        let lower = |own: i64, other: i64| i128::from(own).min(scaled(i128::from(other))) as i64;
         let slowest =
             |below_break: i64, above: i64| if other.break_speed == 0 { above } else { above.min(below_break) };
         let acceleration = slowest(other.start_acceleration, other.acceleration);
@@ -101,6 +138,10 @@ impl Gains {
                 self.break_speed,
                 lower(self.brake.upper.step, deceleration),
             ),
+            bows: self.bows.map(|own| {
+                let other = other.bows.unwrap_or([MAX_JERK; 4]);
+                array::from_fn(|bow| own[bow].min(scaled(other[bow])))
+            }),
             ..*self
         }
     }
@@ -130,6 +171,17 @@ impl TickRate {
     /// Change of speed in a tick of braking, where zero means that nothing limits it.
     pub(crate) fn deceleration_per_tick(self, pps2: u32) -> i64 {
         if pps2 == 0 { MAX_PER_TICK } else { self.step_per_tick(pps2) }
+    }
+
+    /// Change of acceleration in a tick, in whole sixths, where zero means that nothing limits it.
+    fn jerk_per_tick(self, pps3: u64) -> i128 {
+        const MOST: u64 = 1 << 54; // far above the 2^39 that the axis parameters make; leaves room for the shift
+        if pps3 == 0 {
+            return MAX_JERK;
+        }
+        let ticks = u128::from(self.hz).pow(3);
+        let sixths = (u128::from(pps3.min(MOST)) << JERK_BITS).div_ceil((6 * ticks).max(1));
+        (sixths as i128).min(MAX_JERK / 6) * 6
     }
 
     /// Microsteps per second, rounded towards zero but for the last places of the fraction.

@@ -2,8 +2,15 @@
 
 use crate::limits::{FRACTION_BITS, Gains};
 use crate::plan::{Brake, FAR, Leg, Phase};
+use crate::s_plan::Shape;
+use crate::s_ramp::Curve;
 
-const FRACTION_MASK: i64 = (1 << FRACTION_BITS) - 1;
+const ONE: i64 = 1 << FRACTION_BITS;
+const FRACTION_MASK: i64 = ONE - 1;
+
+/// Distance in microsteps to the target that the last tick of an S-shaped ramp bridges. The rounding of a plan leaves
+/// some 2^-50 of the way, and less than 2^-20 of the longest there is.
+const ROUNDING: f64 = 1.0 / 65_536.0;
 
 /// A ramp generator: an axis that moves to a position or with a speed, within its limits.
 ///
@@ -12,9 +19,14 @@ const FRACTION_MASK: i64 = (1 << FRACTION_BITS) - 1;
 /// changes while the axis moves never makes it exceed a limit: if it cannot stop at the new target in time, it brakes
 /// to rest and comes back. A speed above a lowered limit is braked down to it.
 ///
-/// A tick changes the speed, then moves by it: positions run half a tick ahead of continuous motion. The tick after the
-/// last step of a move only brings the speed to zero, so a plain trapezoid takes the time of the textbook (and up to
-/// three ticks more, where its phases are no whole ticks).
+/// A tick of a trapezoid changes the speed, then moves by it: positions run half a tick ahead of continuous motion. The
+/// tick after the last step of a move only brings the speed to zero, so a plain trapezoid takes the time of the
+/// textbook (and up to three ticks more, where its phases are no whole ticks). An S-shaped ramp moves as in continuous
+/// time, and ends in the tick in which continuous motion does.
+///
+/// With S-shaped ramps also the jerk keeps its limits, whatever changes, but for lower bows: they hold once the
+/// acceleration is zero. An axis that turns comes to rest first. A ramp that becomes S-shaped, or ceases to be, while
+/// the speed changes begins with no acceleration.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     gains: Gains,
@@ -24,6 +36,8 @@ pub struct Ramp {
     /// Microsteps a tick, 48 fraction bits.
     speed: i64,
     phase: Phase,
+    /// On the way along an S-shaped ramp; then there is no phase.
+    curve: Option<Curve>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +52,15 @@ enum Mode {
 impl Ramp {
     /// An axis at rest at position 0, which is also its target.
     pub fn new(gains: Gains) -> Self {
-        Self { gains, mode: Mode::Position, target: 0, position: Position::default(), speed: 0, phase: Phase::REST }
+        Self {
+            gains,
+            mode: Mode::Position,
+            target: 0,
+            position: Position::default(),
+            speed: 0,
+            phase: Phase::REST,
+            curve: None,
+        }
     }
 
     /// Replaces the limits. They hold from the next tick on, also while moving.
@@ -62,8 +84,8 @@ impl Ramp {
         self.plan();
     }
 
-    /// Velocity mode: brake to rest with a deceleration of its own (0: within one tick) in place of the limits'
-    /// (TMCM-3351 axis parameter 21).
+    /// Velocity mode: brake to rest with a deceleration of its own (0: within one tick) in place of the limits',
+    /// and without bows (TMCM-3351 axis parameter 21).
     pub fn soft_stop(&mut self, deceleration_pps2: u32) {
         self.mode = Mode::Stop(self.gains.rate.deceleration_per_tick(deceleration_pps2));
         self.plan();
@@ -72,6 +94,7 @@ impl Ramp {
     /// Velocity mode: stand still at once.
     pub fn hard_stop(&mut self) {
         self.speed = 0;
+        self.curve = None;
         self.mode = Mode::Velocity(0);
         self.plan();
     }
@@ -92,15 +115,25 @@ impl Ramp {
         self.plan();
     }
 
-    /// Advances by one control tick. Free of divisions except in a tick in which a phase ends; does nothing when idle.
+    /// Advances by one control tick. Free of divisions except in a tick in which a phase (of an S-shaped ramp: a stage
+    /// of constant jerk) ends; does nothing when idle.
     pub fn tick(&mut self) {
-        if self.is_idle() {
-            return;
+        if self.phase.ticks == 0 {
+            return self.tick_curve();
         }
         self.speed += self.phase.acceleration;
         self.position.advance(self.speed);
         self.phase.ticks -= 1;
         if self.phase.ticks == 0 {
+            self.plan();
+        }
+    }
+
+    fn tick_curve(&mut self) {
+        let Some(curve) = &mut self.curve else { return };
+        self.position.advance(curve.tick());
+        self.speed = curve.speed();
+        if curve.is_over() {
             self.plan();
         }
     }
@@ -123,7 +156,7 @@ impl Ramp {
     /// Acceleration planned for the coming tick in microsteps per second squared, rounded towards zero; negative when a
     /// positive speed falls.
     pub fn acceleration_pps2(&self) -> i32 {
-        self.gains.rate.pps2(self.phase.acceleration)
+        self.gains.rate.pps2(self.curve.as_ref().map_or(self.phase.acceleration, Curve::acceleration))
     }
 
     /// Whether the position equals the target and, in position mode, the axis stands.
@@ -138,7 +171,7 @@ impl Ramp {
 
     /// Whether the axis stands and has nothing to do: ticks may be left out.
     pub fn is_idle(&self) -> bool {
-        self.phase.ticks == 0
+        self.phase.ticks == 0 && self.curve.is_none()
     }
 
     /// Its limits per tick.
@@ -161,16 +194,57 @@ impl Ramp {
         self.speed
     }
 
-    /// A tick led by something else: moves by `travel` and takes over `speed`. Left alone afterwards, the axis goes on
-    /// by itself.
-    pub(crate) fn lead(&mut self, travel: i64, speed: i64) {
-        self.position.advance(travel);
-        self.speed = speed;
-        self.phase = Phase { acceleration: 0, ticks: 1 };
+    /// Acceleration of an S-shaped ramp, 48 fraction bits; 0 for other ramps.
+    pub(crate) fn curve_acceleration(&self) -> i64 {
+        self.curve.as_ref().map_or(0, Curve::acceleration)
     }
 
-    /// Plans the next phase from the present state.
+    /// A tick led by something else: moves by `travel` and takes over the speed, and the acceleration if its own ramp
+    /// is S-shaped. Left alone afterwards, the axis goes on by itself.
+    pub(crate) fn lead(&mut self, travel: i64, speed: i64, acceleration: i64) {
+        self.position.advance(travel);
+        self.speed = speed;
+        self.curve = self.gains.bows.map(|bows| Curve::new(speed, acceleration, bows));
+        self.phase = if self.curve.is_some() { Phase::REST } else { Phase { acceleration: 0, ticks: 1 } };
+    }
+
+    /// Plans what comes next from the present state.
     pub(crate) fn plan(&mut self) {
+        match (self.gains.bows, self.mode) {
+            (Some(bows), Mode::Position) => {
+                let distance = self.position.distance_to(self.target);
+                self.plan_curve(bows, distance as f64 / ONE as f64, self.gains.top_speed);
+            }
+            (Some(bows), Mode::Velocity(speed)) => {
+                let distance = if speed < 0 { f64::NEG_INFINITY } else { f64::INFINITY };
+                self.plan_curve(bows, distance, speed.abs());
+            }
+            _ => self.plan_phase(),
+        }
+        if self.is_idle() {
+            self.position.fraction = 0; // an axis stands on a whole microstep
+        }
+    }
+
+    /// Plans an S-shaped ramp, unless the axis stands and is where it shall be.
+    fn plan_curve(&mut self, bows: [i128; 4], distance: f64, top_speed: i64) {
+        let curve = self.curve.unwrap_or_else(|| Curve::new(self.speed, 0, bows));
+        let bows = curve.bows(bows);
+        self.phase = Phase::REST;
+        self.curve = None;
+        if curve.stands() && distance.abs() <= ROUNDING {
+            self.position = Position { whole: self.target, fraction: 0 };
+            return;
+        }
+        let plan = Shape::new(&self.gains, bows).plan(curve.motion(), distance, top_speed);
+        if !plan.is_empty() {
+            self.curve = Some(curve.follow(plan, bows));
+        }
+    }
+
+    /// Plans the next phase of a trapezoidal or six-point ramp.
+    fn plan_phase(&mut self) {
+        self.curve = None;
         let linear;
         let (brake, distance, top_speed) = match self.mode {
             Mode::Position => (&self.gains.brake, self.position.distance_to(self.target), self.gains.top_speed),
@@ -181,9 +255,6 @@ impl Ramp {
             }
         };
         self.phase = Leg { gains: &self.gains, brake, distance, top_speed }.next_phase(self.speed);
-        if self.is_idle() {
-            self.position.fraction = 0; // an axis stands on a whole microstep
-        }
     }
 }
 

@@ -4,6 +4,9 @@ mod changes;
 mod extremes;
 mod lines;
 mod moves;
+mod s_changes;
+mod s_moves;
+mod smooth;
 
 use proptest::prelude::*;
 
