@@ -1,10 +1,14 @@
 """Clients come, go and share; the ports stay."""
 
+import os
+import pty
+import signal
 import socket
 import struct
+import time
 
 import serial
-from conftest import connect
+from conftest import GRADUS, connect
 
 
 def datagram(command, kind=0, motor=0, value=0, address=1):
@@ -73,3 +77,26 @@ def test_power_off_is_silence_and_power_on_a_fresh_start(simulator):
         while connection.get_global_parameter(60, 2) and deadline:
             deadline -= 1
         assert connection.get_global_parameter(60, 2) == 0
+
+
+def test_a_simulator_in_the_background_leaves_the_keys_to_the_shell(tmp_path):
+    """Reading the terminal from the background would stop the simulator, and with it the module."""
+    link = str(tmp_path / "module")
+    shell, terminal = pty.fork()
+    if shell == 0:
+        os.execvp("sh", ["sh", "-mc", f"'{GRADUS}' sim --pty '{link}' & echo pid $!; wait"])
+    with open(terminal, "r+b", buffering=0) as keys:
+        said = b""
+        while b"ready" not in said:
+            said += keys.read(1000)
+        keys.write(b"a command for the shell\n")
+        time.sleep(0.3)
+        try:
+            with serial.Serial(link, 9600, timeout=2) as port:
+                port.write(datagram(6, 1))
+                assert port.read(9)[2:4] == bytes([100, 6])
+        finally:
+            simulator = int(said.split(b"pid ")[1].split()[0])
+            os.kill(simulator, signal.SIGTERM)
+            os.kill(simulator, signal.SIGCONT)
+            os.waitpid(shell, 0)

@@ -100,6 +100,14 @@ pub enum Error {
         /// Commands of its memory.
         room: u16,
     },
+    /// The program has a control command, which the module would execute instead of storing it.
+    #[error("program address {address}: `{request}` is a control command; it cannot stand in a program")]
+    NotStorable {
+        /// Address of the command.
+        address: u16,
+        /// The command as text.
+        request: String,
+    },
     /// What was read back differs from what was written.
     #[error("program address {address}: wrote `{wrote}`, read back `{read}`{}", protected(*blank))]
     Verify {

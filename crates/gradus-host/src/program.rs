@@ -77,17 +77,26 @@ impl ProgramError {
     }
 }
 
+/// True for the commands that a module executes even while it stores all others (BEHAVIOUR 3).
+fn is_control(opcode: Opcode) -> bool {
+    opcode.0 >= Opcode::STOP_APPLICATION.0
+}
+
 impl Session {
     /// Writes a program into the module, from address 0, with the end mark behind it. A running program is stopped.
     /// `progress` is told how many commands are written.
     ///
     /// # Errors
-    /// When the program does not fit or the module refuses it (global parameter 81 protects against overwriting).
+    /// When the program does not fit, has a command that cannot be stored, or the module refuses it (global parameter 81
+    /// protects against overwriting). Nothing is written in the first two cases.
     pub fn download(&mut self, program: &[Instruction], mut progress: impl FnMut(usize)) -> Result<(), Error> {
         let module = self.module()?;
         let room = module.program_len;
         if program.len() > usize::from(room) {
             return Err(Error::ProgramTooLong { len: program.len(), module: module.name, room });
+        }
+        if let Some((address, command)) = (0..).zip(program).find(|(_, command)| is_control(command.opcode)) {
+            return Err(Error::NotStorable { address, request: self.text(*command) });
         }
         self.control(Opcode::ENTER_DOWNLOAD, 0, 0)?;
         let end_mark = (program.len() < usize::from(room)).then(Instruction::default);

@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
-use gradus_tmcl::catalogue::{Command, MODULES, Module, TMCM_3351};
+use gradus_tmcl::catalogue::{Command, Gp, MODULES, Module, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
 use crate::refusal::reason;
@@ -98,7 +98,7 @@ impl Session {
     /// # Errors
     /// When the line is broken, no answer comes in time, or a datagram is damaged.
     pub fn execute(&mut self, instruction: Instruction) -> Result<Reply, Error> {
-        self.converse(instruction, |peer, bytes| match Reply::parse(bytes) {
+        let reply = self.converse(instruction, |peer, bytes| match Reply::parse(bytes) {
             Err(_) => Verdict::Damaged,
             Ok(reply) if reply.module != peer.module => Verdict::Foreign,
             Ok(reply) if reply.status == Status::WRONG_CHECKSUM && reply.command == Opcode::NOP => {
@@ -106,7 +106,23 @@ impl Session {
             }
             Ok(reply) if reply.command != instruction.opcode => Verdict::Foreign,
             Ok(reply) => Verdict::Answer(reply),
-        })
+        })?;
+        if reply.status == Status::OK {
+            self.follow(instruction);
+        }
+        Ok(reply)
+    }
+
+    /// A new address of the module or the host holds as soon as it is set; the next probe learns what replies carry now.
+    fn follow(&mut self, executed: Instruction) {
+        let module = self.module.unwrap_or(&TMCM_3351);
+        let row = module.global_parameter(executed.motor, executed.kind).filter(|_| executed.opcode == Opcode::SGP);
+        match row.map(|row| row.id) {
+            Some(Gp::SerialAddress) => self.address = executed.value as u8,
+            Some(Gp::HostAddress) => {}
+            _ => return,
+        }
+        self.in_step = false;
     }
 
     /// Sends a command and gives back the value of the answer.

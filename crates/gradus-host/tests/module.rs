@@ -62,6 +62,28 @@ fn a_program_that_goes_on_is_stopped_by_hand() {
 }
 
 #[test]
+fn a_program_with_a_control_command_is_not_written() {
+    let mut session = session();
+    session.download(&program(&["ROR 1, 1000", "STOP"]), |_| {}).unwrap();
+    for opcode in [Opcode::STOP_APPLICATION, Opcode::EXIT_DOWNLOAD, Opcode(200), Opcode(255)] {
+        let wrong = [program(&["STOP"])[0], Instruction::new(opcode, 0, 0, 0)];
+        let message = session.download(&wrong, |_| {}).unwrap_err().to_string();
+        assert!(message.starts_with("program address 1: ") && message.contains("control command"), "{message}");
+    }
+    session.verify(&program(&["ROR 1, 1000", "STOP"]), |_| {}).unwrap();
+}
+
+#[test]
+fn new_addresses_of_module_and_host_hold_for_the_next_request() {
+    for parameter in [Gp::SerialAddress, Gp::HostAddress] {
+        let mut session = session();
+        session.set_global(parameter, 0, 17).unwrap();
+        assert_eq!(session.get_global(parameter, 0).unwrap(), 17);
+        assert_eq!(session.version_text().unwrap(), "3351V111");
+    }
+}
+
+#[test]
 fn a_difference_is_named() {
     let mut session = session();
     let wrote = program(&["MVP ABS, 0, 51200", "STOP"]);

@@ -15,6 +15,7 @@ mod recording;
 mod span;
 mod view;
 
+use std::fmt;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
@@ -54,10 +55,15 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            complain(format_args!("error: {error:#}"));
             ExitCode::FAILURE
         }
     }
+}
+
+/// Writes a line for people on the standard error output; unlike `eprintln`, it takes it that nobody reads it.
+fn complain(message: fmt::Arguments) {
+    let _ = writeln!(io::stderr(), "{message}");
 }
 
 /// True when the reader of our output has gone, `head` for example: it has seen enough.

@@ -6,10 +6,10 @@ use gradus_host::{Error, Named, Session, find, find_axis, find_global};
 #[derive(clap::Args)]
 pub struct Place {
     /// Axis of an axis parameter [default: 0]
-    #[arg(long, value_name = "N", conflicts_with = "bank")]
+    #[arg(long, value_name = "N", conflicts_with = "bank", allow_negative_numbers = true)]
     pub axis: Option<u8>,
     /// Bank of a global parameter: 0 settings, 2 user variables, 3 interrupts
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub bank: Option<u8>,
 }
 

@@ -9,6 +9,8 @@ use gradus_asm::{Assembly, Options, Problem, Source, Style, assemble, from_bin, 
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::Module;
 
+use crate::complain;
+
 /// A program and, if there is one, the text it was made from.
 pub struct Program {
     /// The commands.
@@ -67,7 +69,7 @@ pub fn assemble_file(file: &Path, module: &'static Module, options: &Options) ->
 pub fn print_problems(problems: &[Problem], sources: &[Source]) {
     let style = if io::stderr().is_terminal() { Style::Colored } else { Style::Plain };
     for problem in problems {
-        eprintln!("{}\n", render(problem, sources, style));
+        complain(format_args!("{}\n", render(problem, sources, style)));
     }
 }
 

@@ -18,8 +18,8 @@ pub enum View {
     Lines {
         /// Time between two lines.
         every: Duration,
-        /// When the next one is due.
-        next: Duration,
+        /// When the latest one was shown.
+        last: Option<Duration>,
     },
 }
 
@@ -27,7 +27,7 @@ impl View {
     /// A table if somebody watches, else lines, one `every` so often.
     pub fn new(watched: bool, every: Duration) -> Self {
         if !watched {
-            return Self::Lines { every, next: Duration::ZERO };
+            return Self::Lines { every, last: None };
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stdout());
         bar.set_style(ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
@@ -41,14 +41,8 @@ impl View {
     pub fn show(&mut self, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::Table(bar) => bar.set_message(as_table(sample)),
-            Self::Lines { next, .. } if sample.time < *next => {}
-            Self::Lines { every, next } => {
-                if next.is_zero() {
-                    writeln!(out, "{}", heading(sample))?;
-                }
-                *next = sample.time + *every;
-                writeln!(out, "{}", as_line(sample))?;
-            }
+            Self::Lines { every, last } if last.is_some_and(|last| sample.time < last + *every) => {}
+            Self::Lines { last, .. } => show_line(sample, last, out)?,
         }
         Ok(())
     }
@@ -60,11 +54,19 @@ impl View {
     pub fn finish(&mut self, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
             Self::Table(bar) => bar.finish_with_message(as_table(sample)),
-            Self::Lines { every, next } if *next == sample.time + *every => {} // shown already
-            Self::Lines { .. } => writeln!(out, "{}", as_line(sample))?,
+            Self::Lines { last, .. } if *last == Some(sample.time) => {} // shown already
+            Self::Lines { last, .. } => show_line(sample, last, out)?,
         }
         Ok(())
     }
+}
+
+/// Writes a line, and the heading above the first one.
+fn show_line(sample: &Sample, last: &mut Option<Duration>, out: &mut dyn Write) -> io::Result<()> {
+    if last.replace(sample.time).is_none() {
+        writeln!(out, "{}", heading(sample))?;
+    }
+    writeln!(out, "{}", as_line(sample))
 }
 
 fn as_table(sample: &Sample) -> String {

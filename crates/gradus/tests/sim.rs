@@ -121,3 +121,30 @@ fn a_program_runs_over_tcp_until_ctrl_c_stops_it() {
     assert_eq!(session.get_axis(Ap::TargetSpeed, 0).unwrap(), 0);
     sim.stop();
 }
+
+#[test]
+fn a_run_that_nobody_watches_any_more_stops_program_and_motors() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/run.in/forever.tmc");
+    let mut command = Command::new(GRADUS);
+    command.args(["run", program, "--port", &sim.url(0), "--every", "100ms"]);
+    let mut run = command.stdout(Stdio::piped()).spawn().unwrap();
+    let mut output = BufReader::new(run.stdout.take().unwrap());
+    assert!(read_line(&mut output).contains("position 0"));
+    drop(output);
+    assert!(run.wait().unwrap().success(), "a closed pipe is no error");
+
+    let mut session = sim.session(0);
+    assert_eq!(session.get_global(Gp::ApplicationStatus, 0).unwrap(), 0);
+    assert_eq!(session.get_axis(Ap::TargetSpeed, 0).unwrap(), 0);
+    sim.stop();
+}
+
+#[test]
+fn regression_messages_that_nobody_reads_are_no_panic() {
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/run.in/wrong.tmc");
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = Command::new(GRADUS).args(["asm", program]).stderr(writer).status().unwrap();
+    assert_eq!(status.code(), Some(1));
+}

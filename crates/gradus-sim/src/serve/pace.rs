@@ -7,15 +7,18 @@ use std::time::{Duration, Instant};
 /// How fast virtual time runs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Speed {
-    /// So many virtual seconds a second, above 0.
+    /// So many virtual seconds a second, above 0, a million at most.
     Factor(f64),
     /// As fast as possible while the module has anything to do (motion, a program, a timer); else as the wall clock.
     Max,
 }
 
+/// No computer keeps up with more, and months of idling at this factor fit into the module's microseconds.
+const MAX_FACTOR: f64 = 1e6;
+
 /// A speed that is neither a positive number nor `max`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("`{0}` is no speed: give a number above 0 (1 is real time) or `max`")]
+#[error("`{0}` is no speed: give a number above 0 (1 is real time), {MAX_FACTOR} at most, or `max`")]
 pub struct SpeedError(String);
 
 impl Default for Speed {
@@ -32,7 +35,7 @@ impl FromStr for Speed {
         if text == "max" {
             return Ok(Self::Max);
         }
-        let factor = text.parse().ok().filter(|factor: &f64| factor.is_finite() && *factor > 0.0);
+        let factor = text.parse().ok().filter(|factor: &f64| *factor > 0.0 && *factor <= MAX_FACTOR);
         factor.map(Self::Factor).ok_or_else(|| SpeedError(text.to_owned()))
     }
 }
@@ -91,6 +94,8 @@ mod tests {
             ("1", Some(Speed::Factor(1.0))),
             ("0.25", Some(Speed::Factor(0.25))),
             ("max", Some(Speed::Max)),
+            ("1e6", Some(Speed::Factor(1e6))),
+            ("1e7", None),
             ("0", None),
             ("-1", None),
             ("inf", None),

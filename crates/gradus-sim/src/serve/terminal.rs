@@ -34,8 +34,11 @@ impl Console {
         Self { input, pending: Vec::new(), answers, messages }
     }
 
-    /// Executes what has come; false at the end of the input.
+    /// Executes what has come; false at the end of the input, and when the terminal has gone to another program.
     pub(crate) fn receive(&mut self, bench: &mut Bench) -> bool {
+        if in_background(&self.input) {
+            return false;
+        }
         let mut buffer = [0; MAX_LINE];
         match rustix::io::read(&self.input, &mut buffer) {
             Ok(0) => {
@@ -68,6 +71,13 @@ impl Console {
         };
         let _ = writer.write_all(text.as_bytes()).and_then(|()| writer.flush());
     }
+}
+
+/// True when the keys belong to another program: after `gradus sim &`, say. Reading all the same would make the system stop
+/// this one, and with it the module (SIGTTIN).
+fn in_background(input: &OwnedFd) -> bool {
+    // Fails on what is not our terminal, such as a pipe; that can be read.
+    rustix::termios::tcgetpgrp(input).is_ok_and(|foreground| foreground != rustix::process::getpgrp())
 }
 
 impl AsFd for Console {

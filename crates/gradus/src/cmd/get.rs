@@ -53,8 +53,10 @@ impl Get {
         if self.place.bank.is_none() {
             writeln!(out, "{}", axis_table(session, self.place.axis)?.trim_fmt())?;
         }
-        if self.place.axis.is_none() {
+        if self.place.bank.is_none() && self.place.axis.is_none() {
             writeln!(out)?;
+        }
+        if self.place.axis.is_none() {
             writeln!(out, "{}", global_table(session, self.place.bank.unwrap_or(SETTINGS_BANK))?.trim_fmt())?;
         }
         Ok(())

@@ -18,7 +18,7 @@ use crate::port::{self, Port};
 use crate::program::{Includes, Program};
 use crate::recording::Sample;
 use crate::view::View;
-use crate::{plot, span};
+use crate::{complain, plot, span};
 
 /// Run a program and watch the axes
 ///
@@ -27,8 +27,8 @@ use crate::{plot, span};
 ///
 /// On a virtual module of this process (sim:) time is virtual: an hour of motion takes seconds.
 ///
-/// When the time is up, and on Ctrl-C, the program and all motors are stopped. When the program stops by itself, motors that it
-/// left running go on.
+/// When the time is up, on Ctrl-C, and when nobody reads the output any more, the program and all motors are stopped. When the
+/// program stops by itself, motors that it left running go on.
 ///
 /// Exit status: 0 when the program stopped by itself or the time was up, 1 on errors and on Ctrl-C. An instruction of the program
 /// that the module refused is shown as a warning.
@@ -49,7 +49,7 @@ pub struct Run {
     #[command(flatten)]
     includes: Includes,
     /// Time to run: 500ms, 60s, 2m, 1h; until the program stops if left out
-    #[arg(long = "for", value_name = "DURATION", value_parser = span::parse)]
+    #[arg(long = "for", value_name = "DURATION", value_parser = span::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
     /// Time between two lines where the output is no terminal
     #[arg(long, value_name = "DURATION", value_parser = span::parse, default_value = "1s")]
@@ -82,7 +82,10 @@ impl Run {
         session.run()?;
 
         let mut watch = Watch::new(&session, self.time, self.every, plot.is_some());
-        let end = watch.until_the_end(&mut session, &interrupted, out)?;
+        let end = watch.until_the_end(&mut session, &interrupted, out).inspect_err(|_| {
+            // Nobody watches any more. The error in hand tells more than one that follows from it.
+            let _ = stop(&mut session);
+        })?;
         report(&mut session, &program, end, watch.last, out)?;
         if let Some(mut file) = plot {
             file.write_all(plot::svg(&watch.samples, module)?.as_bytes()).context("cannot write the picture")?;
@@ -182,6 +185,12 @@ impl Watch {
     }
 }
 
+/// Stops the program and all motors.
+fn stop(session: &mut Session) -> Result<(), gradus_host::Error> {
+    session.stop()?;
+    session.stop_motors()
+}
+
 fn report(
     session: &mut Session,
     program: &Program,
@@ -191,22 +200,18 @@ fn report(
 ) -> anyhow::Result<()> {
     let at = session.application_status()?.program_counter;
     let seconds = time.as_secs_f64();
+    if end != End::Stopped {
+        stop(session)?;
+    }
     match end {
         End::Stopped => writeln!(out, "the program stopped at address {at} after {seconds:.3} s")?,
         End::TimeUp => writeln!(out, "time is up after {seconds:.3} s; the program was at address {at}")?,
         End::Interrupted => {}
     }
-    if end != End::Stopped {
-        session.stop()?;
-        session.stop_motors()?;
-    }
     if let Some(error) = session.program_error()? {
         let place = program.place(error.address).map(|place| format!(", {place}")).unwrap_or_default();
-        eprintln!(
-            "warning: the module refused the command at address {}{place}: {}",
-            error.address,
-            error.status.text()
-        );
+        let (address, status) = (error.address, error.status.text());
+        complain(format_args!("warning: the module refused the command at address {address}{place}: {status}"));
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `gradus sim`
 
 use std::io::Write;
-use std::net::{Ipv4Addr, SocketAddr};
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
 use gradus_firmware::store_size;
@@ -44,13 +44,13 @@ pub struct Sim {
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
     /// Listen on a TCP address; port 0 picks a free one
-    #[arg(long, value_name = "ADDR")]
+    #[arg(long, value_name = "ADDR", value_parser = address)]
     tcp: Option<SocketAddr>,
     /// File that keeps the EEPROM; created if it does not exist
     #[arg(long, value_name = "FILE")]
     eeprom: Option<PathBuf>,
     /// Virtual seconds a second, or as many as the computer manages
-    #[arg(long, value_name = "FACTOR|max", default_value_t)]
+    #[arg(long, value_name = "FACTOR|max", default_value_t, allow_hyphen_values = true)]
     speed: Speed,
     /// Let other computers connect; anybody who can reach the address can move the motors
     #[arg(long)]
@@ -87,9 +87,33 @@ impl Sim {
     }
 }
 
+/// The address of a host by name or number; where a name has several, one that IPv4 clients reach.
+fn address(text: &str) -> Result<SocketAddr, String> {
+    let found = text.to_socket_addrs().ok().and_then(|all| all.min_by_key(SocketAddr::is_ipv6));
+    found.ok_or_else(|| {
+        "a host of this computer and a port are expected: 127.0.0.1:4322, localhost:0, [::1]:4322".into()
+    })
+}
+
 /// Names the option that helps.
 fn advise(error: ServeError) -> anyhow::Error {
     let remote = matches!(error, ServeError::Endpoint(EndpointError::Remote { .. }));
     let error = anyhow::Error::new(error);
     if remote { error.context("--allow-remote is needed") } else { error }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_a_host_and_a_port() {
+        for text in ["127.0.0.1:4322", "localhost:4322", "0.0.0.0:0", "[::1]:4322"] {
+            assert!(address(text).is_ok(), "{text}");
+        }
+        assert!(address("localhost:4322").is_ok_and(|address| address.ip().is_loopback()));
+        for text in ["127.0.0.1", "localhost", "4322", ":4322", "127.0.0.1:99999", ""] {
+            assert!(address(text).is_err(), "{text}");
+        }
+    }
 }
