@@ -7,7 +7,7 @@
 //! - After a stop switch has opened the motor goes on as it was told to; MST ends that. Until then it is under way, and position
 //!   reached comes when it arrives.
 //! - A deviation from the encoder (axis parameter 212) makes the encoder's position the actual one, so that the next move
-//!   does not fail for the same reason.
+//!   does not fail for the same reason. The target stays: it has not been reached.
 //! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
 use gradus_motion::Ramp;
@@ -48,9 +48,9 @@ pub(crate) struct Axis {
     pub(crate) led: bool,
     pub(crate) encoder: Encoder,
     pub(crate) search: Option<ReferenceSearch>,
-    /// A move has been started and its end has not been reported.
+    /// A move to a target has been started and its end has not been reported; no stop ends it.
     pub(crate) underway: bool,
-    /// A stop switch holds the ramp; it goes on when the way is free.
+    /// A stop switch or a virtual stop holds the ramp; it goes on when the way is free.
     pub(crate) held: bool,
     powered: bool,
     phase: i32,
@@ -65,7 +65,7 @@ impl Axis {
         let settings = Settings::factory(catalogue);
         Self {
             derived: settings.derive(),
-            ramp: Ramp::new(settings.limits().gains(tick_hz)),
+            ramp: Ramp::new(settings.gains(tick_hz)),
             settings,
             tick_hz,
             led: false,
@@ -104,7 +104,7 @@ impl Axis {
             Ap::TargetPosition => self.ramp.target(),
             Ap::ActualPosition => self.ramp.position(),
             Ap::ActualSpeed => self.ramp.speed_pps(),
-            Ap::PositionReached => i32::from(self.ramp.at_target()),
+            Ap::PositionReached => i32::from(self.is_reached()),
             Ap::HomeSwitch => i32::from(port.switches().home),
             Ap::RightSwitch => i32::from(port.switches().right),
             Ap::LeftSwitch => i32::from(port.switches().left),
@@ -161,7 +161,13 @@ impl Axis {
             | Ap::MaxDeceleration
             | Ap::BreakVelocity
             | Ap::FinalDeceleration
-            | Ap::StopVelocity => self.derive_ramp(),
+            | Ap::StopVelocity
+            | Ap::RampType
+            | Ap::Bow1
+            | Ap::Bow2
+            | Ap::Bow3
+            | Ap::Bow4
+            | Ap::BowScaling => self.derive_ramp(),
             Ap::MicrostepResolution | Ap::FullStepResolution | Ap::EncoderResolution => {
                 self.scale_encoder(port);
                 self.derive();
@@ -175,7 +181,7 @@ impl Axis {
     }
 
     fn derive_ramp(&mut self) {
-        self.ramp.set_gains(self.settings.limits().gains(self.tick_hz));
+        self.ramp.set_gains(self.settings.gains(self.tick_hz));
     }
 
     fn derive(&mut self) {
@@ -187,6 +193,7 @@ impl Axis {
         self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
     }
 
+    /// Group index, 0 for none (axis parameter 249).
     pub(crate) fn group(&self) -> i32 {
         self.settings.get(Ap::GroupIndex)
     }
@@ -234,10 +241,10 @@ impl Axis {
         &self.ramp
     }
 
-    /// Where MVP REL starts from (axis parameter 127).
+    /// Where MVP REL starts from (axis parameter 127). A move that a stop switch holds is still one to its target.
     pub(crate) fn relative_base<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
         match self.settings.get(Ap::RelativeOption) {
-            0 if self.ramp.is_positioning() => self.ramp.target(),
+            0 if self.underway || self.ramp.is_positioning() => self.ramp.target(),
             2 => self.encoder.position(port.encoder()),
             _ => self.ramp.position(),
         }
@@ -263,6 +270,10 @@ impl Axis {
         self.energize(port);
     }
 
+    /// Ends what another motion command has started.
+    ///
+    /// # Errors
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off.
     pub(crate) fn begin(&mut self) -> Result<(), Status> {
         if !self.powered {
             return Err(Status::NOT_AVAILABLE);
@@ -288,10 +299,10 @@ impl Axis {
         self.ramp.is_idle()
     }
 
-    /// Position reached (axis parameter 8).
+    /// Position reached (axis parameter 8). A motor that a stop brakes past its target has not reached it.
     #[inline]
     pub(crate) fn is_reached(&self) -> bool {
-        self.ramp.at_target()
+        self.ramp.at_target() && (!self.held || self.ramp.is_idle())
     }
 
     /// When the axis has something to do besides control ticks.
@@ -326,6 +337,7 @@ impl Axis {
         }
         if self.underway && self.is_reached() {
             self.underway = false;
+            self.held = false;
             events.arrived = true;
         }
         events

@@ -19,14 +19,11 @@ pub(crate) type Coordinates = [[i32; COORDINATES]; MAX_AXES];
 pub(crate) const NO_COORDINATES: Coordinates = [[0; COORDINATES]; MAX_AXES];
 
 impl<P: Ports, S: Store> Module<P, S> {
-    /// SCO; with axis 255 it copies to the EEPROM: coordinate `number`, or all for number 0.
+    /// SCO, CCO and ACO.
     ///
     /// # Errors
     /// [`Status::INVALID_VALUE`] for an axis the module lacks, [`Status::WRONG_TYPE`] for a coordinate it lacks.
     pub(crate) fn set_coordinate(&mut self, number: u8, axis: u8, position: i32) -> Result<(), Status> {
-        if axis == EEPROM {
-            return self.copy_coordinates(number, Self::store_coordinate);
-        }
         let axis = self.axis_index(axis)?;
         *self.coordinate_mut(number, axis)? = position;
         if self.globals.get(Gp::CoordinateStorage) != 0 {
@@ -35,10 +32,18 @@ impl<P: Ports, S: Store> Module<P, S> {
         Ok(())
     }
 
-    /// GCO with axis 255: copies from the EEPROM, as SCO does to it.
+    /// SCO with axis 255: copies to the EEPROM, coordinate `number`, or all for number 0.
     ///
     /// # Errors
     /// [`Status::WRONG_TYPE`] for a coordinate the module lacks.
+    pub(crate) fn store_coordinates(&mut self, number: u8) -> Result<(), Status> {
+        self.copy_coordinates(number, Self::store_coordinate)
+    }
+
+    /// GCO with axis 255: copies from the EEPROM, as SCO does to it.
+    ///
+    /// # Errors
+    /// As there.
     pub(crate) fn recall_coordinates(&mut self, number: u8) -> Result<(), Status> {
         self.copy_coordinates(number, Self::load_coordinate)
     }
@@ -52,9 +57,10 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.coordinate_mut(number, axis).copied()
     }
 
-    /// Reads the stored coordinates at power-on.
+    /// Reads the stored coordinates at power-on if global parameter 84 says that they are stored (TMCM-3351 §3.6.22); else
+    /// GCO with axis 255 does.
     pub(crate) fn restore_coordinates(&mut self) {
-        if self.catalogue.coordinates > 0 {
+        if self.globals.get(Gp::CoordinateStorage) != 0 && self.catalogue.coordinates > 0 {
             let _ = self.copy_coordinates(0, Self::load_coordinate);
         }
     }

@@ -178,6 +178,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::RSGP => self.restore_variable(kind, motor)?,
             Opcode::GIO => return self.get_port(kind, motor),
             Opcode::SIO => self.set_port(kind, motor, value)?,
+            Opcode::SCO if motor == EEPROM => self.store_coordinates(kind)?,
             Opcode::SCO => self.set_coordinate(kind, motor, value)?,
             Opcode::GCO if motor == EEPROM => self.recall_coordinates(kind)?,
             Opcode::GCO => return self.get_coordinate(kind, motor),

@@ -18,14 +18,7 @@ pub(crate) struct Wait {
     condition: WaitFor,
     axis: usize,
     /// When the time is up; never without a time-out.
-    deadline_us: u64,
-}
-
-impl Wait {
-    /// When time alone ends it.
-    pub(crate) fn deadline(&self) -> u64 {
-        self.deadline_us
-    }
+    pub(crate) deadline_us: u64,
 }
 
 /// A tick of WAIT in microseconds.
@@ -63,6 +56,8 @@ impl<P: Ports, S: Store> Module<P, S> {
         match exit {
             Exit::Time => true,
             Exit::End => {
+                // Global parameter 130 stays in its range.
+                self.program.cpu.registers.pc = 0;
                 self.program.stop();
                 false
             }

@@ -1,7 +1,6 @@
 //! Ports: SIO and GIO.
 
 use gradus_tmcl::Status;
-use gradus_tmcl::catalogue::{Direction, Port};
 
 use crate::module::Module;
 use crate::ports::{Io, Ports, Store};
@@ -32,7 +31,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// # Errors
     /// [`Status::WRONG_TYPE`] if there is no such port.
     pub(crate) fn get_port(&mut self, number: u8, bank: u8) -> Result<i32, Status> {
-        self.port_row(number, bank)?;
+        self.catalogue.port(bank, number).ok_or(Status::WRONG_TYPE)?;
         let io = self.ports.io();
         Ok(match (bank, number) {
             (INPUTS, ALL) => i32::from(io.inputs()),
@@ -50,10 +49,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// # Errors
     /// [`Status::WRONG_TYPE`] if there is no such output, [`Status::INVALID_VALUE`] for a value that it does not take.
     pub(crate) fn set_port(&mut self, number: u8, bank: u8, value: i32) -> Result<(), Status> {
-        let row = self.port_row(number, bank)?;
-        if row.direction != Direction::Out {
-            return Err(Status::WRONG_TYPE);
-        }
+        let row = self.catalogue.output(bank, number).ok_or(Status::WRONG_TYPE)?;
         if !row.range.is_some_and(|(min, max)| (min..=max).contains(&value)) {
             return Err(Status::INVALID_VALUE);
         }
@@ -78,10 +74,6 @@ impl<P: Ports, S: Store> Module<P, S> {
     fn set_outputs(&mut self, levels: u8) {
         self.outputs.levels = levels;
         self.ports.io().set_outputs(levels);
-    }
-
-    fn port_row(&self, number: u8, bank: u8) -> Result<&'static Port, Status> {
-        self.catalogue.port(bank, number).ok_or(Status::WRONG_TYPE)
     }
 }
 

@@ -36,6 +36,6 @@ mod settings;
 mod supervision;
 
 pub use eeprom::store_size;
-pub use link::{Link, LinkKind, Telegram};
+pub use link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{AxisInputs, DriverState, Io, Ports, StepperStage, Store, Switches};

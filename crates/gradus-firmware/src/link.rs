@@ -6,9 +6,9 @@ use heapless::Deque;
 /// What kind of line it is (BEHAVIOUR: USB-like, RS-485-like, CAN).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LinkKind {
-    /// Point to point: USB, RS232, TCP, a pseudo-terminal. Every datagram is answered, whatever its address.
+    /// Point to point: USB, TCP, a pseudo-terminal. Every datagram is answered, whatever its address.
     Usb,
-    /// A segment with several modules: only the own addresses are answered.
+    /// A segment with several modules, RS485 or RS232: only the own addresses are answered, after the telegram pause time.
     Rs485,
     /// CAN: the identifier is the address.
     Can,
@@ -21,18 +21,20 @@ pub struct Link {
     pub(crate) kind: LinkKind,
     pub(crate) framer: Framer,
     outgoing: Deque<Outgoing, 4>,
+    /// The CAN frame of the latest command 138: events are answers to it.
+    pub(crate) event_request: Option<can::Frame>,
 }
 
 /// A reply that waits to be taken.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Outgoing {
-    pub(crate) not_before_us: u64,
-    pub(crate) telegram: Telegram,
+struct Outgoing {
+    not_before_us: u64,
+    telegram: Telegram,
 }
 
 /// A reply as it goes over the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Telegram {
+pub(crate) enum Telegram {
     /// Nine bytes of a serial line.
     Serial([u8; 9]),
     /// A frame of a CAN bus.
@@ -54,7 +56,7 @@ impl Link {
     /// A link with a number that no other link of the module has. A pause of more than `gap_us` microseconds inside a
     /// datagram throws its beginning away; 0 switches that off.
     pub fn new(id: u32, kind: LinkKind, gap_us: u32) -> Self {
-        Self { id, kind, framer: Framer::new(gap_us), outgoing: Deque::new() }
+        Self { id, kind, framer: Framer::new(gap_us), outgoing: Deque::new(), event_request: None }
     }
 
     /// When the next waiting reply may go out, if one waits.
@@ -135,7 +137,5 @@ pub(crate) fn can_answer(
 }
 
 fn reply(status: Status, value: i32, request: &Instruction, addresses: Addresses) -> Reply {
-    // A datagram with a wrong checksum is answered as command 0 (BEHAVIOUR 1).
-    let command = if status == Status::WRONG_CHECKSUM { gradus_tmcl::Opcode::NOP } else { request.opcode };
-    Reply { host: addresses.host, module: addresses.module, status, command, value }
+    Reply { host: addresses.host, module: addresses.module, status, command: request.opcode, value }
 }

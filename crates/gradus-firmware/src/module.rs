@@ -2,7 +2,7 @@
 
 use gradus_motion::Line;
 use gradus_tmcl::catalogue::{self, Ap, Gp};
-use gradus_tmcl::{Opcode, Reply, Request, Status, can};
+use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 
 use crate::axis::Axis;
 use crate::coordinates::{Coordinates, NO_COORDINATES};
@@ -14,7 +14,7 @@ use crate::heartbeat::Heartbeats;
 use crate::interrupts::Interrupts;
 use crate::io::Outputs;
 use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
-use crate::ports::{Io, Ports, Store, Switches};
+use crate::ports::{AxisInputs, Io, Ports, Store, Switches};
 use crate::program::{NEVER, Program, State};
 
 /// Axes of the largest module.
@@ -99,7 +99,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             if let Some(axis) = self.axes.get_mut(index) {
                 axis.start(enabled, port);
             }
-            self.inputs.switches[index] = crate::ports::AxisInputs::switches(port);
+            self.inputs.switches[index] = port.switches();
         }
         if self.globals.get(Gp::AutoStart) != 0 {
             self.start_program(State::Run);
@@ -148,10 +148,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.catalogue
     }
 
-    /// An axis parameter, for tools and tests; `None` if there is no such axis or the module has no such parameter.
+    /// An axis parameter as GAP reads it (and clears it, if it is 207), for tools and tests; `None` if there is no such axis
+    /// or the module has no such parameter.
     pub fn get_axis(&mut self, axis: usize, id: Ap) -> Option<i32> {
-        let exists = self.catalogue.axis_parameters.iter().any(|row| row.id == id);
-        if exists { self.get_id(u8::try_from(axis).ok()?, id).ok() } else { None }
+        self.row_of(id)?;
+        self.get_id(u8::try_from(axis).ok()?, id).ok()
     }
 
     /// Levels of the digital outputs, bit 0 is output 0.
@@ -199,7 +200,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// When something besides control ticks and the program is due.
     fn timers_at(&self) -> u64 {
-        let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline());
+        let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline_us);
         let axes = self.axes.iter().filter_map(Axis::due_at).min().unwrap_or(NEVER);
         wait.min(axes).min(self.interrupts.due_at().unwrap_or(NEVER)).min(self.heartbeats.due_at(&self.globals))
     }
@@ -267,7 +268,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         let pause_us = u64::from(self.globals.get(Gp::TelegramPause).unsigned_abs()) * 1000;
         let (answer, instruction) = match Request::parse(datagram) {
             Ok(request) => (self.obey(link, &request.instruction), request.instruction),
-            Err(_) => (self.plain(Opcode::NOP, Status::WRONG_CHECKSUM, 0), Default::default()),
+            Err(_) => (self.plain(Opcode::NOP, Status::WRONG_CHECKSUM, 0), Instruction::default()),
         };
         if let Some(reply) = serial_answer(answer, &instruction, addresses) {
             let pause_us = if link.kind == LinkKind::Rs485 { pause_us } else { 0 };
@@ -283,13 +284,16 @@ impl<P: Ports, S: Store> Module<P, S> {
         let addressed = frame.id == own || (secondary != 0 && frame.id == secondary);
         let Some(instruction) = frame.instruction().filter(|_| addressed) else { return };
         let reply_id = self.globals.get(Gp::CanReplyId) as u32;
+        if instruction.opcode == Opcode::POSITION_EVENT {
+            link.event_request = Some(*frame);
+        }
         let answer = self.obey(link, &instruction);
         if let Some(reply) = can_answer(answer, &instruction, frame, reply_id, own as u8) {
             link.send(Telegram::Can(reply), self.now);
         }
     }
 
-    fn obey(&mut self, link: &Link, instruction: &gradus_tmcl::Instruction) -> Answer {
+    fn obey(&mut self, link: &Link, instruction: &Instruction) -> Answer {
         self.heartbeats.beat(link.kind, self.now);
         self.answer(link.id, instruction)
     }
@@ -309,11 +313,14 @@ impl<P: Ports, S: Store> Module<P, S> {
             return telegram.frame();
         }
         let event = self.event(link)?;
-        let [_, body @ .., _] = event.emit();
-        can::Frame::new(self.globals.get(Gp::CanReplyId) as u32, false, &body)
+        Some(link.event_request?.answer(self.globals.get(Gp::CanReplyId) as u32, &event))
     }
 
+    /// An event that is due for the link; it does not overtake a reply that is held back.
     fn event(&mut self, link: &Link) -> Option<Reply> {
+        if link.ready_at().is_some() {
+            return None;
+        }
         let mask = self.events.take(link.id)?;
         let module = if link.kind == LinkKind::Can { self.globals.get(Gp::CanId) as u8 } else { self.own_address() };
         Some(Reply {

@@ -11,6 +11,7 @@ use crate::cpu::Flags;
 use crate::interrupts;
 use crate::module::{MAX_AXES, Module};
 use crate::ports::{AxisInputs, Io, Ports, Store, Switches};
+use crate::program::NEVER;
 
 /// Bits of the motor field of MVP COORD (TMCM-3351 §3.6.4).
 const SEVERAL: u8 = 1 << 7;
@@ -48,6 +49,10 @@ impl<P: Ports, S: Store> Module<P, S> {
         Ok(())
     }
 
+    /// A parameter by its meaning, which the module must have.
+    ///
+    /// # Errors
+    /// [`Status::INVALID_VALUE`] for an axis.
     pub(crate) fn get_id(&mut self, axis: u8, id: Ap) -> Result<i32, Status> {
         let index = self.axis_index(axis)?;
         let axis = self.axes.get_mut(index).ok_or(Status::INVALID_VALUE)?;
@@ -75,7 +80,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// mask with bit 6 that do not all stand go each with its own ramp.
     ///
     /// # Errors
-    /// [`Status::INVALID_VALUE`] for an axis or a mask, [`Status::WRONG_TYPE`] for a kind or a coordinate that the module
+    /// [`Status::INVALID_VALUE`] for an axis, a mask or a coordinate, [`Status::WRONG_TYPE`] for a kind that the module
     /// lacks, [`Status::NOT_AVAILABLE`] while the drivers are off.
     pub(crate) fn move_to_position(&mut self, kind: MoveKind, motor: u8, value: i32) -> Result<i32, Status> {
         match kind {
@@ -169,10 +174,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.get_coordinate(number, axis).map_err(|_| Status::INVALID_VALUE)
     }
 
-    /// RFS.
+    /// RFS; the value of the reply is the stage for STATUS, else the command's.
     ///
     /// # Errors
-    /// [`Status::INVALID_VALUE`] for an axis, [`Status::WRONG_TYPE`] for an unknown kind.
+    /// [`Status::INVALID_VALUE`] for an axis, [`Status::WRONG_TYPE`] for an unknown kind, [`Status::NOT_AVAILABLE`] for START
+    /// while the drivers are off.
     pub(crate) fn reference_search(&mut self, what: Search, motor: u8, value: i32) -> Result<i32, Status> {
         let index = self.axis_index(motor)?;
         match what {
@@ -223,7 +229,8 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.catalogue.axis_parameter(number).ok_or(Status::WRONG_TYPE)
     }
 
-    fn row_of(&self, id: Ap) -> Option<&'static AxisParameter> {
+    /// The row of a parameter by its meaning: a search, not for a tick.
+    pub(crate) fn row_of(&self, id: Ap) -> Option<&'static AxisParameter> {
         self.catalogue.axis_parameters.iter().find(|row| row.id == id)
     }
 
@@ -266,7 +273,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         if self.events.is_waiting() {
             self.report_arrivals();
         }
-        self.tick_at_us = if any { self.tick_at_us + u64::from(self.catalogue.tick_us) } else { crate::program::NEVER };
+        self.tick_at_us = if any { self.tick_at_us + u64::from(self.catalogue.tick_us) } else { NEVER };
     }
 
     #[inline]
@@ -335,7 +342,8 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     fn see_enable(&mut self, enabled: bool) {
         self.inputs.enabled = enabled;
-        for (index, axis) in self.axes.iter_mut().enumerate().take(usize::from(self.catalogue.axes)) {
+        let axes = self.axis_count();
+        for (index, axis) in self.axes.iter_mut().enumerate().take(axes) {
             axis.set_power(enabled, self.ports.axis(index));
         }
     }

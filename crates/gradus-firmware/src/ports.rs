@@ -20,7 +20,8 @@ pub trait Ports {
 pub trait StepperStage {
     /// Sets the coil vector. `phase` counts 1/256 full steps and wraps; its low ten bits are the electrical angle (1024 a
     /// period), the higher bits tell a simulated motor how far the ramp went between two ticks. `current` is 0..=255, 255 is
-    /// the module's maximum. Called every control tick in which either changes.
+    /// the module's maximum. Called in every control tick of a
+    /// moving axis, and when the current changes.
     fn set_coils(&mut self, phase: i32, current: u8);
 
     /// What the driver chip reports now.

@@ -10,7 +10,7 @@ use gradus_tmcl::catalogue::Gp;
 use gradus_tmcl::{Instruction, Status};
 use heapless::Vec;
 
-use crate::cpu::Cpu;
+use crate::cpu::{Cpu, Exit, Variables};
 use crate::eeprom::Key;
 use crate::interpreter::Wait;
 use crate::interrupts::Interrupts;
@@ -53,7 +53,7 @@ pub(crate) struct Program {
     pub(crate) pass_breakpoint: bool,
 }
 
-/// Never.
+/// A time that does not come.
 pub(crate) const NEVER: u64 = u64::MAX;
 
 impl Program {
@@ -90,12 +90,7 @@ impl Program {
 
     /// Executes register instructions as [`Cpu::run`] does.
     #[inline]
-    pub(crate) fn run(
-        &mut self,
-        variables: &mut crate::cpu::Variables,
-        until_us: u64,
-        step_us: u64,
-    ) -> crate::cpu::Exit {
+    pub(crate) fn run(&mut self, variables: &mut Variables, until_us: u64, step_us: u64) -> Exit {
         let memory = self.memory.get(..self.len).unwrap_or(&[]);
         self.cpu.run(memory, variables, &mut self.at_us, until_us, step_us)
     }

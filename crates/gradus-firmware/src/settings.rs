@@ -1,6 +1,6 @@
 //! Axis parameters: what the user has set, and what a tick needs of it.
 
-use gradus_motion::Limits;
+use gradus_motion::{Gains, Limits};
 use gradus_tmcl::catalogue::{Ap, Module};
 
 /// Values of axis parameters, by meaning.
@@ -33,8 +33,21 @@ impl Settings {
 
 // What depends on them.
 impl Settings {
+    /// The ramp per control tick, of the shape that axis parameter 14 selects.
+    pub(crate) fn gains(&self, tick_hz: u32) -> Gains {
+        const S_SHAPED: i32 = 1;
+        let gains = self.limits().gains(tick_hz);
+        if self.get(Ap::RampType) == S_SHAPED { gains.s_shaped(self.bows()) } else { gains }
+    }
+
+    /// The four bows in pps^3 (axis parameters 22 to 25, times 35).
+    fn bows(&self) -> [u64; 4] {
+        let scale = u64::from(self.unsigned(Ap::BowScaling));
+        [Ap::Bow1, Ap::Bow2, Ap::Bow3, Ap::Bow4].map(|bow| u64::from(self.unsigned(bow)) * scale)
+    }
+
     /// Limits of the ramp (axis parameters 4, 5 and 15 to 20).
-    pub(crate) fn limits(&self) -> Limits {
+    fn limits(&self) -> Limits {
         let get = |id| self.unsigned(id);
         Limits {
             max_speed_pps: get(Ap::MaxSpeed),
@@ -88,8 +101,8 @@ impl Settings {
                 1 => Stop::Hard,
                 _ => self.linear_stop(),
             },
-            max_deviation: get(Ap::MaxEncoderDeviation),
-            stall_speed_pps: get(Ap::StopOnStall),
+            max_deviation: self.unsigned(Ap::MaxEncoderDeviation),
+            stall_speed_pps: self.unsigned(Ap::StopOnStall),
         }
     }
 }
@@ -126,8 +139,10 @@ pub(crate) struct Derived {
     pub(crate) virtual_left: Option<i32>,
     pub(crate) virtual_right: Option<i32>,
     pub(crate) virtual_stop: Stop,
-    pub(crate) max_deviation: i32,
-    pub(crate) stall_speed_pps: i32,
+    /// In microsteps, 0 for off (axis parameter 212).
+    pub(crate) max_deviation: u32,
+    /// A stall stops the motor above this speed, 0 for off (axis parameter 181).
+    pub(crate) stall_speed_pps: u32,
 }
 
 /// A stop switch as axis parameters 12 and 13 describe it.

@@ -82,7 +82,7 @@ impl Axis {
         let mut events = Events::default();
         let derived = self.derived;
         if derived.stall_speed_pps != 0
-            && self.ramp.speed_pps().unsigned_abs() > derived.stall_speed_pps.unsigned_abs()
+            && self.ramp.speed_pps().unsigned_abs() > derived.stall_speed_pps
             && port.driver().flags & DriverState::STALL != 0
         {
             self.halt();
@@ -91,9 +91,11 @@ impl Axis {
         }
         if derived.max_deviation != 0 {
             let encoder = self.encoder.position(port.encoder());
-            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation.unsigned_abs() {
+            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation {
+                let target = self.ramp.target();
                 self.halt();
                 self.ramp.set_position(encoder);
+                self.ramp.set_target(target);
                 self.errors |= DEVIATION_ERROR;
                 events.deviated = true;
             }
@@ -118,7 +120,7 @@ impl Axis {
     /// # Errors
     /// [`Status::NOT_AVAILABLE`] while the drivers are off.
     pub(crate) fn start_search(&mut self) -> Result<(), Status> {
-        self.begin()?;
+        self.begin()?; // `rotate(0)` alone would not fail
         self.rotate(0)?;
         self.search = ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode));
         Ok(())

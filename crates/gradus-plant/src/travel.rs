@@ -42,7 +42,7 @@ impl Travel {
         match switch {
             Switch::Left => self.left.is_some_and(|end| position <= end),
             Switch::Right => self.right.is_some_and(|end| position >= end),
-            Switch::Home => self.home.is_some_and(|home| 2 * position.abs_diff(home.middle) <= u64::from(home.width)),
+            Switch::Home => self.home.is_some_and(|home| position.abs_diff(home.middle) <= u64::from(home.width / 2)),
         }
     }
 }

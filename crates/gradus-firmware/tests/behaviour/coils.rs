@@ -175,6 +175,16 @@ fn deviation_stops_the_motor_where_the_encoder_is() {
 }
 
 #[test]
+fn deviation_does_not_reach_the_target() {
+    let mut bench = Bench::fast();
+    bench.control(138, 0, 1);
+    bench.all("SAP 212, 0, 100; MVP ABS, 0, 10000");
+    bench.advance_ms(500);
+    assert_eq!([0, 1, 8, 207].map(|number| bench.get(number, 0)), [10_000, 0, 0, 2]);
+    assert!(bench.drain().is_empty(), "an event for a target that was not reached");
+}
+
+#[test]
 fn error_flags_are_cleared_by_the_next_motion_command() {
     for command in ["ROR 0, 0", "MVP REL, 0, 0", "MST 0"] {
         let mut bench = Bench::fast();

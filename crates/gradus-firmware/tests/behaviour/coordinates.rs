@@ -29,7 +29,7 @@ fn coordinates(bench: &mut Bench) -> [[i32; 3]; 3] {
 }
 
 #[test]
-fn coordinates_are_lost_at_power_off_unless_stored() {
+fn stored_coordinates_come_back_when_they_are_asked_for() {
     let zero = [0; 3];
     let (one, two) = ([11, 12, 13], [21, 22, 23]);
     for (commands, expected) in [
@@ -39,6 +39,8 @@ fn coordinates_are_lost_at_power_off_unless_stored() {
         ("SCO 2, 255, 0", [zero, zero, two]),
     ] {
         let mut bench = Bench::set_up(&format!("{COORDINATES}; {commands}")).power_cycle();
+        assert_eq!(coordinates(&mut bench), [zero; 3], "{commands:?}: nothing comes back by itself");
+        bench.ask("GCO 0, 255");
         assert_eq!(coordinates(&mut bench), expected, "{commands:?}");
     }
 }

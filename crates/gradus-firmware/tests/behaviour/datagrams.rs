@@ -371,6 +371,8 @@ fn errors_are_checked_in_order() {
         ("GCO 21, 3", 4),
         ("CCO 21, 3", 4),
         ("ACO 21, 3", 4),
+        ("DATA 39, 1, 255, 0", 4),
+        ("DATA 32, 1, 255, 0", 4),
         ("DATA 46, 9, 3, 0", 4),
         ("ROLA 3", 4),
         ("RORA 3", 4),

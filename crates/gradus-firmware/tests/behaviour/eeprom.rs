@@ -1,5 +1,7 @@
 //! What survives: power cuts at every byte, write counters, blank memories (BEHAVIOUR 6).
 
+use gradus_tmcl::catalogue::TMCM_3351;
+
 use crate::support::{Bench, Machine, Memory, instruction};
 
 /// Everything that a host can see of what is stored.
@@ -151,7 +153,7 @@ fn unchanged_values_are_not_written_again() {
         ("SGP 68, 0, 0", "SGP 68, 0, 0"),
         ("SGP 1, 2, 5; STGP 1, 2", "STGP 1, 2"),
         ("SGP 84, 0, 1; SCO 1, 0, 5", "SCO 1, 0, 5"),
-        ("SCO 1, 0, 5; SCO 0, 255, 0", "SCO 0, 255, 0; SCO 1, 255, 0"),
+        ("SCO 1, 0, 5; SCO 0, 255, 0", "GCO 0, 255; SCO 0, 255, 0; SCO 1, 255, 0"),
         ("SGP 1, 2, 5; STGP 1, 2", "SGP 1, 2, 6; RSGP 1, 2; STGP 1, 2"),
     ] {
         let mut bench = Bench::set_up(first);
@@ -261,6 +263,18 @@ fn blank_memories_hold_defaults_and_an_empty_program() {
             bench.all("SGP 68, 0, 5; SGP 1, 2, -1; STGP 1, 2");
         });
     }
+}
+
+#[test]
+fn stored_value_that_its_row_does_not_accept_leaves_the_default() {
+    const RECORD: usize = 16;
+    let row = |number| TMCM_3351.global_parameters.iter().position(|row| row.bank == 0 && row.first == number).unwrap();
+    let record = |number| (usize::from(TMCM_3351.program_len) + row(number)) * RECORD;
+    let mut bench = Bench::set_up("SGP 75, 0, 200");
+    let (pause, auto_start) = (record(75), record(77));
+    bench.memory().bytes.copy_within(pause..pause + RECORD, auto_start);
+    let mut bench = bench.power_cycle();
+    assert_eq!([75, 77].map(|number| bench.global(number, 0)), [200, 0]);
 }
 
 #[test]

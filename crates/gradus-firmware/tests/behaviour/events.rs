@@ -3,7 +3,7 @@
 use gradus_firmware::{Link, LinkKind};
 use gradus_tmcl::{Instruction, Opcode, Reply, Status, can};
 
-use crate::support::{Bench, request};
+use crate::support::{Bench, frame, instruction, request};
 
 /// The event of command 138 with its mask.
 fn event(mask: i32) -> [u8; 9] {
@@ -83,6 +83,34 @@ fn event_on_can() {
     bench.advance_ms(1000);
     let frame = bench.module.transmit_frame(&mut link).unwrap();
     assert_eq!((frame.id, frame.data()), (2, &[1, 128, 138, 0, 0, 0, 1][..]));
+}
+
+#[test]
+fn event_on_can_has_the_form_of_its_request() {
+    let mut bench = Bench::fast();
+    let mut link = Link::new(2, LinkKind::Can, 0);
+    let ask = Instruction::new(Opcode::POSITION_EVENT, 0, 0, 1);
+    bench.module.receive_frame(&mut link, &frame(1, true, ask, 8));
+    bench.module.receive_frame(&mut link, &frame(1, false, instruction("MVP ABS, 0, 0"), 7));
+    bench.advance_ms(1);
+    let frames: Vec<_> = core::iter::from_fn(|| bench.module.transmit_frame(&mut link)).collect();
+    let forms: Vec<_> = frames.iter().map(|frame| (frame.data()[1], frame.extended, frame.data().len())).collect();
+    assert_eq!(forms, [(100, true, 8), (100, false, 7), (128, true, 8)]);
+}
+
+#[test]
+fn event_does_not_overtake_replies_that_are_held_back() {
+    let mut bench = Bench::set_up("SGP 75, 0, 20");
+    bench.link = Link::new(2, LinkKind::Rs485, 0);
+    let ask = Instruction::new(Opcode::POSITION_EVENT, 0, 0, 1);
+    for instruction in [ask, instruction("MVP ABS, 0, 0")] {
+        bench.raw(&request(instruction).emit());
+    }
+    bench.advance_ms(1);
+    assert!(bench.drain().is_empty());
+    bench.advance_ms(20);
+    let statuses: Vec<u8> = bench.drain().iter().map(|reply| reply[2]).collect();
+    assert_eq!(statuses, [100, 100, 128]);
 }
 
 #[test]

@@ -268,6 +268,44 @@ fn relative_move_of_a_group_replies_the_target_of_the_named_motor() {
     assert_eq!(bench.ask("MVP REL, 2, 50"), 350);
 }
 
+// Ramp types.
+
+/// Time of a move of motor 0 from rest to rest, in ms.
+fn duration_ms(settings: &str, distance: i32) -> f64 {
+    let mut bench = Bench::set_up(settings);
+    bench.ask(&format!("MVP ABS, 0, {distance}"));
+    let us = bench.arrive(0);
+    assert_eq!(bench.get(1, 0), distance, "{settings}");
+    us as f64 / 1000.0
+}
+
+#[test]
+fn s_shaped_ramp_takes_the_time_of_its_bows() {
+    // The optimal times of double-S moves: distance, speed, acceleration, bow, seconds.
+    for (distance, speed, acceleration, bow, seconds) in [
+        (51_200, 51_200, 51_200, 51_200, 3.174802104),
+        (51_200, 51_200, 51_200, 512_000, 2.102498439),
+        (-51_200, 200_000, 400_000, 4_000_000, 0.822495675),
+        (200_000, 300_000, 800_000, 8_000_000, 1.141666667),
+    ] {
+        for (bow, scale) in [(bow, 1), (bow / 100, 100)] {
+            let bows: String = (22..=25).map(|number| format!("; SAP {number}, 0, {bow}")).collect();
+            let settings = format!(
+                "SAP 14, 0, 1; SAP 4, 0, {speed}; SAP 5, 0, {acceleration}; SAP 17, 0, {acceleration}{bows}; \
+                 SAP 35, 0, {scale}"
+            );
+            let (found, wanted) = (duration_ms(&settings, distance), seconds * 1000.0);
+            assert!((found - wanted).abs() <= 1.0 + 0.002 * wanted, "{settings}: {found} ms, not {wanted} ms");
+        }
+    }
+}
+
+#[test]
+fn ramp_type_0_ignores_the_bows() {
+    let settings = "SAP 4, 0, 51200; SAP 5, 0, 51200; SAP 17, 0, 51200; SAP 22, 0, 1000; SAP 25, 0, 1000";
+    assert!((duration_ms(settings, 51_200) - 2000.0).abs() <= 1.0);
+}
+
 // Sleep.
 
 #[test]

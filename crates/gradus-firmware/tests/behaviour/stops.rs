@@ -86,6 +86,17 @@ fn motor_goes_on_when_the_stop_switch_opens() {
 }
 
 #[test]
+fn relative_move_of_a_motor_at_its_stop_switch_begins_at_the_target() {
+    let mut bench = Bench::fast();
+    bench.all("SAP 12, 0, 3; MVP ABS, 0, 100000");
+    bench.advance_ms(100);
+    set_switch(&mut bench, 0, true, true);
+    bench.advance_ms(100);
+    assert_eq!(bench.get(3, 0), 0);
+    assert_eq!(bench.ask("MVP REL, 0, -500"), 99_500);
+}
+
+#[test]
 fn stopped_motor_stays_when_the_switch_opens_after_mst() {
     let mut bench = Bench::fast();
     bench.all("SAP 12, 0, 3; ROR 0, 10000");
@@ -176,6 +187,32 @@ fn motor_may_leave_a_virtual_stop_and_goes_on_when_it_is_disabled() {
     bench.ask("SAP 28, 0, 0");
     bench.arrive(0);
     assert_eq!(bench.get(1, 0), 8_000);
+}
+
+#[test]
+fn motor_that_a_stop_brakes_past_its_target_comes_back() {
+    // From 1000 pps the stop takes 500 microsteps, beyond the target at 5200.
+    let mut bench = Bench::fast();
+    bench.all("SAP 4, 0, 1000; SAP 21, 0, 1000; SAP 27, 0, 5000; SAP 28, 0, 2; SAP 29, 0, 2; MVP ABS, 0, 5200");
+    let mut farthest = 0;
+    bench.until(10_000, |bench| {
+        farthest = farthest.max(bench.peek(0, Ap::ActualPosition));
+        let reached = bench.peek(0, Ap::PositionReached) == 1;
+        assert!(!reached || bench.peek(0, Ap::ActualSpeed) == 0, "reached at full speed");
+        reached
+    });
+    assert!((farthest - 5_500).abs() <= 2, "{farthest}");
+    assert_eq!(bench.get(1, 0), 5_200);
+}
+
+#[test]
+fn motor_that_arrives_at_a_virtual_stop_stays_when_it_is_disabled() {
+    // The target speed of an earlier rotation means nothing any more.
+    let mut bench = run_to_virtual_stop("SAP 28, 0, 2; SAP 29, 0, 1; ROR 0, 1000", "MVP ABS, 0, 5000");
+    assert_eq!((bench.get(1, 0), bench.get(8, 0)), (5_000, 1));
+    bench.ask("SAP 28, 0, 0");
+    bench.advance_ms(1_000);
+    assert_eq!(bench.get(1, 0), 5_000);
 }
 
 // ENABLE.

@@ -221,7 +221,7 @@ impl Bench {
     }
 
     /// Goes from event to event until the condition holds, at most `limit_ms`; gives back how long it took, in us.
-    pub fn until(&mut self, limit_ms: u64, holds: impl Fn(&mut Self) -> bool) -> u64 {
+    pub fn until(&mut self, limit_ms: u64, mut holds: impl FnMut(&mut Self) -> bool) -> u64 {
         let start = self.now;
         let limit = start + limit_ms * 1000;
         while !holds(self) {
