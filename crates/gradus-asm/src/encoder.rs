@@ -7,7 +7,7 @@ use gradus_tmcl::{Instruction, Opcode};
 
 use crate::expression::Expression;
 use crate::parser::{Command, DATA};
-use crate::{Code, Names, Problem, Span, nearest};
+use crate::{Code, Names, Problem, Span, dialects, nearest};
 
 /// A command in numbers.
 pub(crate) struct Encoded {
@@ -30,20 +30,21 @@ pub(crate) struct Given {
 
 /// Encodes a command; `None` if something is wrong with it, which is reported.
 pub(crate) fn encode(command: &Command, names: &Names, problems: &mut Vec<Problem>) -> Option<Encoded> {
-    if command.mnemonic.text == DATA {
+    if is_data(&command.mnemonic.text) {
         return data(command, names, problems);
     }
     let Some(row) = find(&command.mnemonic.text) else {
         problems.push(unknown(command));
         return None;
     };
+    if !(row.required()..=row.operands.len()).contains(&command.operands.len()) {
+        // A malformed operand, which has been reported, may have hidden others.
+        problems.extend((!command.operands.iter().any(Expression::is_broken)).then(|| count(command, row)));
+        return None;
+    }
     let values = command.operands.iter().zip(row.operands);
     let operands: Vec<_> = values.map(|(text, operand)| value(text, operand, row, names, problems)).collect();
     let operands: Vec<Given> = operands.into_iter().collect::<Option<_>>()?;
-    if !(row.required()..=row.operands.len()).contains(&command.operands.len()) {
-        problems.push(count(command, row));
-        return None;
-    }
     let numbers: Vec<i64> = operands.iter().map(|given| given.value).collect();
     let instruction = row.encode(&numbers).ok()?; // count and ranges hold
     Some(Encoded { instruction, row: Some(row), operands, span: command.mnemonic.span })
@@ -54,11 +55,16 @@ fn find(mnemonic: &str) -> Option<&'static Row> {
     COMMANDS.iter().find(|row| row.mnemonic.eq_ignore_ascii_case(mnemonic))
 }
 
+/// `#data`, or `DATA` as in direct mode.
+fn is_data(mnemonic: &str) -> bool {
+    mnemonic == DATA || mnemonic.eq_ignore_ascii_case("DATA")
+}
+
 fn unknown(command: &Command) -> Problem {
     let name = &command.mnemonic.text;
     let mnemonics = COMMANDS.iter().map(|row| row.mnemonic).filter(|mnemonic| !mnemonic.is_empty());
     let problem = Problem::error(Code::UnknownCommand, command.mnemonic.span, format!("no command named `{name}`"));
-    problem.maybe_help(nearest::hint(name, mnemonics))
+    problem.maybe_help(dialects::hint(name).or_else(|| nearest::hint(name, mnemonics)))
 }
 
 fn count(command: &Command, row: &Row) -> Problem {
@@ -71,7 +77,14 @@ fn count(command: &Command, row: &Row) -> Problem {
     };
     let message = format!("`{}` takes {takes}, not {}", row.mnemonic, command.operands.len());
     let last = command.operands.last().map_or(command.mnemonic.span, |operand| operand.span);
-    Problem::error(Code::OperandCount, command.mnemonic.span.to(last), message).help(format!("it is written `{row}`"))
+    Problem::error(Code::OperandCount, command.mnemonic.span.to(last), message).help(syntax(command, row))
+}
+
+/// How a command is written that has a wrong number of operands.
+fn syntax(command: &Command, row: &Row) -> String {
+    let without_condition = row.opcode == Opcode::CALL && command.operands.len() == 1;
+    let other = if without_condition { "; without a condition it is `CSUB <label>`" } else { "" };
+    format!("it is written `{row}`{other}")
 }
 
 /// An operand: a keyword where one may stand, else an expression.
@@ -125,13 +138,14 @@ fn number(
     None
 }
 
-/// `#data opcode, type, motor, value`.
+/// `#data opcode, type, motor, value`, with or without the sign.
 fn data(command: &Command, names: &Names, problems: &mut Vec<Problem>) -> Option<Encoded> {
     const BYTE: (i64, i64) = (0, u8::MAX as i64);
     let [opcode, kind, motor, value] = command.operands.as_slice() else {
-        let message = format!("`{DATA}` takes 4 operands, not {}", command.operands.len());
+        let name = command.mnemonic.text.as_str();
+        let message = format!("`{name}` takes 4 operands, not {}", command.operands.len());
         let problem = Problem::error(Code::OperandCount, command.mnemonic.span, message);
-        problems.push(problem.help(format!("it is written `{DATA} <opcode>, <type>, <motor>, <value>`")));
+        problems.push(problem.help(format!("it is written `{name} <opcode>, <type>, <motor>, <value>`")));
         return None;
     };
     let opcode = number(opcode, "opcode", BYTE, names, problems);

@@ -93,6 +93,11 @@ impl Expression {
         Self { steps: Vec::new(), span }
     }
 
+    /// True if it was malformed.
+    pub fn is_broken(&self) -> bool {
+        self.steps.is_empty()
+    }
+
     /// Reads all the tokens as one expression; `span` is the place where it should stand.
     pub fn parse(tokens: &[Token], span: Span) -> Result<Self, Problem> {
         let mut parser = Parser { tokens, at: 0, depth: 0, end: span, steps: Vec::new() };

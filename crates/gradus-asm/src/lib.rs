@@ -22,7 +22,7 @@
 //! #data opcode, type, motor, value
 //! ```
 //!
-//! Case does not matter. Files are UTF-8 or Windows-1252. Labels and constants are one set of names over all files of a
+//! Case does not matter. Files are UTF-8 or Windows-1252; UTF-16 is refused. Labels and constants are one set of names over all files of a
 //! program and may be used before they are defined; a label is also a number. Numbers are `42`, `2.5`, `$2A`, `0x2A`,
 //! `%101010` and `0b101010`. Expressions stand wherever a number does: `+ - * / ^ ( )` and the functions SIN COS TAN ASIN
 //! ACOS ATAN LOG LN EXP SQRT ABS INT ROUND SIGN DEG RAD. They are calculated in floating point and rounded, half away from
@@ -32,7 +32,8 @@
 //! - `-2^2` is -4, `2^3^2` is 512, LOG is the decimal logarithm.
 //! - A constant may be defined again with the same value, so that two files may include the same third one.
 //! - `TMCLParam.tmc` and `Interrupts.inc` are built in, with the names and numbers of the module's catalogue.
-//! - `#data` is ours: it says what the language cannot, so that every program memory can be disassembled.
+//! - `#data`, or `DATA` without the sign, is ours: it says what the language cannot, so that every program memory can be
+//!   disassembled.
 //! - A jump behind the end of the program is a warning: another program may lie there.
 //!
 //! Not here: ports and downloading, see `gradus-host`.
@@ -44,6 +45,7 @@ mod assembler;
 mod binary;
 mod builtin;
 mod check;
+mod dialects;
 mod disassembler;
 mod encoder;
 mod expression;

@@ -1,11 +1,12 @@
 //! One line of source text: `[label:] [MNEMONIC operands] [// comment]`.
 //!
 //! Besides commands there are `NAME = expression`, `#include file` and `#data opcode, type, motor, value`. The last is an
-//! addition of ours: a command in plain numbers, so that every program memory can be written as source text.
+//! addition of ours: a command in plain numbers, so that every program memory can be written as source text. `DATA` without
+//! the sign, as direct mode has it, is the same.
 
 use crate::expression::{Expression, unexpected};
 use crate::lexer::{self, Kind, Token, tokens};
-use crate::{Code, Problem, Span};
+use crate::{Code, Problem, Span, dialects};
 
 /// A name where it is defined or a mnemonic where it is used.
 #[derive(Clone, Debug)]
@@ -33,6 +34,9 @@ pub(crate) struct Command {
     pub operands: Vec<Expression>,
 }
 
+/// The word of the directive for another file, behind its sign.
+const INCLUDE: &str = "include";
+
 /// The directive for a command in plain numbers.
 pub(crate) const DATA: &str = "#data";
 
@@ -41,7 +45,7 @@ pub(crate) fn line(text: &str, span: Span, problems: &mut Vec<Problem>) -> Line 
     if let Some(body) = include(text, span, problems) {
         return Line { labels: Vec::new(), body };
     }
-    let words = tokens(text, span);
+    let words = tokens(before_foreign_comment(text, span, problems), span);
     let (labels, rest) = labels(&words);
     let body = match body(rest, problems) {
         Ok(body) => body,
@@ -53,10 +57,23 @@ pub(crate) fn line(text: &str, span: Span, problems: &mut Vec<Problem>) -> Line 
     Line { labels, body }
 }
 
+/// The line up to a comment in the manner of another language, which is reported.
+fn before_foreign_comment<'a>(text: &'a str, span: Span, problems: &mut Vec<Problem>) -> &'a str {
+    let Some((at, sign)) = dialects::comment(lexer::code(text)) else { return text };
+    let span = Span { start: span.start + at, end: span.start + at + sign.len(), ..span };
+    let problem = Problem::error(Code::Syntax, span, format!("`{sign}` cannot stand here"));
+    problems.push(problem.help("comments begin with //"));
+    &text[..at]
+}
+
 /// `Some` if the line is an `#include`.
 fn include(text: &str, span: Span, problems: &mut Vec<Problem>) -> Option<Option<Body>> {
     let rest = text.trim_start();
-    let operand = rest.get(..8).filter(|word| word.eq_ignore_ascii_case("#include")).and(rest.get(8..))?;
+    let directive = rest.strip_prefix('#')?.trim_start();
+    let (word, operand) = directive.split_at_checked(INCLUDE.len())?;
+    if !word.eq_ignore_ascii_case(INCLUDE) {
+        return None;
+    }
     match file_name(operand) {
         Some(name) => {
             let start = span.start + (name.as_ptr().addr() - text.as_ptr().addr());
@@ -65,7 +82,7 @@ fn include(text: &str, span: Span, problems: &mut Vec<Problem>) -> Option<Option
         }
         None => {
             let start = span.start + text.len() - rest.len();
-            let span = Span { start, end: start + 8, ..span };
+            let span = Span { start, end: start + rest.len() - operand.len(), ..span };
             let problem = Problem::error(Code::Syntax, span, "the name of a file is missing here");
             problems.push(problem.help("write #include TMCLParam.tmc or #include \"my file.tmc\""));
             Some(None)

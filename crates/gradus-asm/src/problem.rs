@@ -46,6 +46,8 @@ pub enum Code {
     KeywordNotAvailable,
     /// A label or constant is defined twice.
     Duplicate,
+    /// A file is neither UTF-8 nor Windows-1252.
+    Encoding,
     /// An included file does not exist or cannot be read.
     Include,
     /// A file includes itself, perhaps through others.
@@ -79,6 +81,7 @@ impl Code {
             Self::UnknownName => "unknown-name",
             Self::KeywordNotAvailable => "keyword-not-available",
             Self::Duplicate => "duplicate",
+            Self::Encoding => "encoding",
             Self::Include => "include",
             Self::IncludeCycle => "include-cycle",
             Self::ConstantCycle => "constant-cycle",

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use gradus_tmcl::catalogue::Module;
 
+use crate::builtin::list;
 use crate::parser::{self, Body, Command, Name};
 use crate::{BUILT_IN, Code, Names, Problem, Source, Span, built_in, nearest};
 
@@ -58,8 +59,12 @@ impl<'a> Reader<'a> {
         self.text
     }
 
-    fn file(&mut self, source: Source) {
+    fn file(&mut self, mut source: Source) {
         let index = self.text.sources.len();
+        if source.is_utf16() {
+            source.text = "".into(); // its bytes are no letters to show
+            self.problems.push(utf16(&source, index));
+        }
         let text = Arc::clone(&source.text);
         self.text.sources.push(source);
         self.open.push(index);
@@ -99,18 +104,18 @@ impl<'a> Reader<'a> {
     /// Looks beside the including file, along the include path and among the built-in files.
     fn find(&self, name: &Name) -> Result<Source, Problem> {
         let file = name.text.replace('\\', "/");
-        let mut failure = None;
+        let (mut failure, mut searched) = (None, Vec::new());
         for dir in self.beside().into_iter().chain(self.include_dirs.iter().map(PathBuf::as_path)) {
             let path = normal(&dir.join(&file));
             match (self.load)(&path) {
                 Ok(bytes) => return Ok(Source::new(path, &bytes)),
-                Err(error) if error.kind() == io::ErrorKind::NotFound => {}
+                Err(error) if error.kind() == io::ErrorKind::NotFound => searched.extend(folder(&path)),
                 Err(error) => failure = Some(format!("{}: {error}", path.display())),
             }
         }
         match built_in(&file, self.module) {
             Some(text) => Ok(Source { path: file.into(), text: text.into(), built_in: true }),
-            None => Err(not_found(name, failure)),
+            None => Err(not_found(name, failure, searched)),
         }
     }
 
@@ -137,14 +142,29 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn not_found(name: &Name, failure: Option<String>) -> Problem {
+fn not_found(name: &Name, failure: Option<String>, mut searched: Vec<String>) -> Problem {
+    searched.dedup();
+    let searched = list(searched.iter().map(String::as_str)).map(|folders| format!("looked in {folders}"));
     match failure {
         Some(failure) => {
             Problem::error(Code::Include, name.span, format!("`{}` cannot be read", name.text)).help(failure)
         }
         None => Problem::error(Code::Include, name.span, format!("no file named `{}`", name.text))
-            .maybe_help(nearest::hint(&name.text, BUILT_IN)),
+            .maybe_help(nearest::hint(&name.text, BUILT_IN).or(searched)),
     }
+}
+
+/// The folder of a file, as a hint shows it.
+fn folder(file: &Path) -> Option<String> {
+    let folder = file.parent()?;
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    Some(format!("`{}`", folder.display()))
+}
+
+fn utf16(source: &Source, index: usize) -> Problem {
+    let start = Span { source: index, start: 0, end: 0 };
+    let message = format!("`{}` is UTF-16", source.path.display());
+    Problem::error(Code::Encoding, start, message).help("save it as UTF-8")
 }
 
 /// The path without `.` and `dir/..`, so that one file has one path.

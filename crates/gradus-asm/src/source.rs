@@ -23,6 +23,12 @@ impl Source {
         Self { path: path.into(), text: decode(bytes).into(), built_in: false }
     }
 
+    /// True for UTF-16 with its byte order mark. It is never UTF-8; as Windows-1252 it begins with the two letters of the
+    /// mark, and half of the bytes of a program are zeros.
+    pub(crate) fn is_utf16(&self) -> bool {
+        ["ÿþ", "þÿ"].iter().any(|mark| self.text.starts_with(mark)) && self.text.contains('\0')
+    }
+
     /// Line and column of a byte, both from 1; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
         let before = &self.text[..self.text.floor_char_boundary(offset)];
@@ -71,6 +77,19 @@ mod tests {
             (b"// Gr\xf6\xdfe, 5 \x80, \x84a\x93", "// Größe, 5 €, „a“"),
         ] {
             assert_eq!(decode(bytes), text);
+        }
+    }
+
+    #[test]
+    fn utf16_is_known_by_its_mark_and_its_zeros() {
+        for (bytes, is_utf16) in [
+            (&b"\xff\xfeS\0T\0"[..], true),
+            (b"\xfe\xff\0S\0T", true),
+            ("ÿþ: STOP".as_bytes(), false),
+            (b"\xff\xfe: STOP", false),
+            (b"STOP", false),
+        ] {
+            assert_eq!(Source::new("a.tmc", bytes).is_utf16(), is_utf16, "{bytes:x?}");
         }
     }
 

@@ -161,7 +161,7 @@ fn included_files_give_their_names_and_commands_to_the_including_one() {
         ("dir/sub/moves.inc", "#include \"more moves.inc\"\n MVP ABS, 0, Far"),
         ("dir/sub/more moves.inc", "Far = Base * 10"),
     ];
-    let text = "#include speeds.inc//glued\n#include \"sub/moves.inc\" // quoted\nBase = 5\n ROL 0, Fast\n JA Start";
+    let text = "#include speeds.inc//glued\n # Include \"sub/moves.inc\" // quoted\nBase = 5\n ROL 0, Fast\n JA Start";
     let assembly = with_files(text.as_bytes(), &files, &TMCM_3351, &KEEP);
     assert_eq!(numbers(&assembly), "3 0 0 0; 4 0 0 50; 2 0 0 500; 22 0 0 0");
     assert_eq!(assembly.lines.iter().map(|line| line.source).collect::<Vec<_>>(), [1, 2, 0, 0]);
@@ -215,6 +215,10 @@ fn user_functions_take_up_to_three_numbers() {
 #[test]
 fn data_is_a_command_in_plain_numbers() {
     assert_eq!(commands("#data 0, 0, 0, 0\n#DATA 136, 1, 2, -3"), "0 0 0 0; 136 1 2 -3");
+    assert_eq!(
+        commands("Here: data 0, 0, 0, Here\n DATA 136, 1, 2, -3\n # data 1, 2, 3, 4"),
+        "0 0 0 0; 136 1 2 -3; 1 2 3 4"
+    );
 }
 
 #[test]

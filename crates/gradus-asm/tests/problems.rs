@@ -57,7 +57,7 @@ fn a_problem_is_shown_with_file_line_column_source_line_caret_and_hint() {
 fn all_problems_are_reported_in_one_run_and_addresses_stay_right() {
     let text = "Start: MOVE 1\n SAP 4, 0\n MVP ABS, 0, Far\n GAP 1, 5\n JA Strat\n JA Start";
     insta::assert_snapshot!(problems(text), @"
-    1:8-12 error unknown-command: no command named `MOVE`
+    1:8-12 error unknown-command: no command named `MOVE` (did you mean `MVP` (move to position)?)
     2:2-10 error operand-count: `SAP` takes 3 operands, not 2 (it is written `SAP <parameter>, <axis>, <value>`)
     3:14-17 error unknown-name: no label or constant named `Far`
     4:9-10 error not-on-module: the TMCM-3351 has no axis 5 (its axes are 0...2)
@@ -84,6 +84,7 @@ MST 0;
 #inclde a
 #include
 #include \"a.inc
+ #  include // nothing
 #data 1, 2, 3
 #data 256, 0, 0, 0
 SAP 4 0 5
@@ -97,16 +98,17 @@ MST 0 ?"), @r#"
     7:11-12 error syntax: this bracket is not closed
     8:1-2 error syntax: `=` cannot stand here (a line is a command, `NAME = value`, `label:` or `#include file`)
     9:7-8 error syntax: a number or name is missing here
-    10:6-7 error syntax: `;` cannot stand here
+    10:6-7 error syntax: `;` cannot stand here (comments begin with //)
     11:1-8 error syntax: no directive named `#define`
     12:1-8 error syntax: no directive named `#inclde` (did you mean `#include`?)
     13:1-9 error syntax: the name of a file is missing here (write #include TMCLParam.tmc or #include "my file.tmc")
     14:1-9 error syntax: the name of a file is missing here (write #include TMCLParam.tmc or #include "my file.tmc")
-    15:1-6 error operand-count: `#data` takes 4 operands, not 3 (it is written `#data <opcode>, <type>, <motor>, <value>`)
-    16:7-10 error out-of-range: the opcode is 256, its field takes 0...255
-    17:7-8 error syntax: `0` cannot stand here (operands are separated by commas)
-    18:5-6 error syntax: `*` cannot stand here
-    19:7-8 error syntax: `?` cannot stand here
+    15:2-12 error syntax: the name of a file is missing here (write #include TMCLParam.tmc or #include "my file.tmc")
+    16:1-6 error operand-count: `#data` takes 4 operands, not 3 (it is written `#data <opcode>, <type>, <motor>, <value>`)
+    17:7-10 error out-of-range: the opcode is 256, its field takes 0...255
+    18:7-8 error syntax: `0` cannot stand here (operands are separated by commas)
+    19:5-6 error syntax: `*` cannot stand here
+    20:7-8 error syntax: `?` cannot stand here
     "#);
 }
 
@@ -128,8 +130,47 @@ fn commands_that_no_module_or_only_others_have() {
 }
 
 #[test]
+fn mnemonics_of_other_dialects_lead_to_ours() {
+    insta::assert_snapshot!(problems("RET\nreturn\nGOSUB 0\nGoto 0\nJMP 0\nMOV 1, 2\nCMP 5\nHALT"), @"
+    1:1-4 error unknown-command: no command named `RET` (did you mean `RSUB` (return from subroutine) or `RETI` (return from interrupt)?)
+    2:1-7 error unknown-command: no command named `return` (did you mean `RSUB` (return from subroutine) or `RETI` (return from interrupt)?)
+    3:1-6 error unknown-command: no command named `GOSUB` (did you mean `CSUB` (call subroutine)?)
+    4:1-5 error unknown-command: no command named `Goto` (did you mean `JA` (jump always)?)
+    5:1-4 error unknown-command: no command named `JMP` (did you mean `JA` (jump always)?)
+    6:1-4 error unknown-command: no command named `MOV` (did you mean `MVP` (move to position)?)
+    7:1-4 error unknown-command: no command named `CMP` (did you mean `COMP` (compare)?)
+    8:1-5 error unknown-command: no command named `HALT` (did you mean `STOP` (stop program execution)?)
+    ");
+}
+
+#[test]
+fn a_call_without_a_condition_leads_to_csub() {
+    insta::assert_snapshot!(problems("CALL Sub\nCALL Nowhere\nCALL\nSub: RSUB"), @"
+    1:1-9 error operand-count: `CALL` takes 2 operands, not 1 (it is written `CALL <condition>, <label>`; without a condition it is `CSUB <label>`)
+    2:1-13 error operand-count: `CALL` takes 2 operands, not 1 (it is written `CALL <condition>, <label>`; without a condition it is `CSUB <label>`)
+    3:1-5 error operand-count: `CALL` takes 2 operands, not 0 (it is written `CALL <condition>, <label>`)
+    ");
+}
+
+#[test]
+fn comments_of_other_languages_are_one_problem_each_and_the_command_stays() {
+    let text = "; it's a, b\n'a\n/* MST 0 */\n*/\nMST 0 ; a, b\nMST 1'c\nX = 2 /* (\nMST X // ; '";
+    insta::assert_snapshot!(problems(text), @"
+    1:1-2 error syntax: `;` cannot stand here (comments begin with //)
+    2:1-2 error syntax: `'` cannot stand here (comments begin with //)
+    3:1-3 error syntax: `/*` cannot stand here (comments begin with //)
+    4:1-3 error syntax: `*/` cannot stand here (comments begin with //)
+    5:7-8 error syntax: `;` cannot stand here (comments begin with //)
+    6:6-7 error syntax: `'` cannot stand here (comments begin with //)
+    7:7-9 error syntax: `/*` cannot stand here (comments begin with //)
+    ");
+    let assembly = assemble("main.tmc", text.as_bytes(), &TMCM_3351, &Options::default(), &|path| std::fs::read(path));
+    assert_eq!(assembly.program.iter().map(|command| command.motor).collect::<Vec<_>>(), [0, 1, 2, 0]);
+}
+
+#[test]
 fn wrong_numbers_of_operands() {
-    insta::assert_snapshot!(problems("MST\nMST 0, 1\nGAP 1\nGAP 1, 0, 0, 0\nSTOP 1\nSAP 4, 0, 1, 2\nUF0 1, 2, 3, 4\nRSUB 0"), @"
+    insta::assert_snapshot!(problems("MST\nMST 0, 1\nGAP 1\nGAP 1, 0, 0, 0\nSTOP 1\nSAP 4, 0, 1, 2\nUF0 1, 2, 3, 4\nRSUB 0\ndata 1,2\nSAP 4, Nowhere"), @"
     1:1-4 error operand-count: `MST` takes 1 operand, not 0 (it is written `MST <axis>`)
     2:1-9 error operand-count: `MST` takes 1 operand, not 2 (it is written `MST <axis>`)
     3:1-6 error operand-count: `GAP` takes 2 to 3 operands, not 1 (it is written `GAP <parameter>, <axis>, [0]`)
@@ -138,6 +179,8 @@ fn wrong_numbers_of_operands() {
     6:1-15 error operand-count: `SAP` takes 3 operands, not 4 (it is written `SAP <parameter>, <axis>, <value>`)
     7:1-15 error operand-count: `UF0` takes 0 to 3 operands, not 4 (it is written `UF0 [type], [motor], [value]`)
     8:1-7 error operand-count: `RSUB` takes no operands, not 1 (it is written `RSUB`)
+    9:1-5 error operand-count: `data` takes 4 operands, not 2 (it is written `data <opcode>, <type>, <motor>, <value>`)
+    10:1-15 error operand-count: `SAP` takes 3 operands, not 2 (it is written `SAP <parameter>, <axis>, <value>`)
     ");
 }
 
@@ -352,11 +395,15 @@ fn included_files() {
       |
     4 | #include main.tmc
       |          ^^^^^^^^
+      |
+      = help: looked in `.`
     error[include]: no file named `x.inc`
      --> main.tmc:5:10
       |
     5 | #include x.inc
       |          ^^^^^
+      |
+      = help: looked in `.`
     error[not-on-module]: the TMCM-3351 has no axis 5
      --> b.inc:1:5
       |
@@ -373,6 +420,44 @@ fn included_files() {
       = help: a.inc -> b.inc -> a.inc
     "
     );
+}
+
+#[test]
+fn a_file_that_is_nowhere_is_named_with_the_folders_that_were_searched() {
+    let help = |text: &str, dirs: &[&str]| {
+        let options = Options { include_dirs: dirs.iter().map(Into::into).collect(), ..Options::default() };
+        let nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+        assemble("dir/main.tmc", text.as_bytes(), &TMCM_3351, &options, &nothing).problems[0].help.clone().unwrap()
+    };
+    assert_eq!(help("#include x.inc", &[]), "looked in `dir`");
+    assert_eq!(help("#include x.inc", &["a", "/b/c"]), "looked in `dir`, `a` and `/b/c`");
+    assert_eq!(help("#include sub/x.inc", &["a"]), "looked in `dir/sub` and `a/sub`");
+    assert_eq!(help("#include ../x.inc", &["dir/a"]), "looked in `.` and `dir`");
+    assert_eq!(help("#include /x.inc", &["a", "b"]), "looked in `/`");
+}
+
+#[test]
+fn a_utf16_file_is_one_problem() {
+    let utf16 = |text: &str| text.encode_utf16().flat_map(u16::to_le_bytes).collect::<Vec<u8>>();
+    let load = |_: &Path| Ok(utf16("\u{feff}MST 0\r\nMST 1\r\n"));
+    let big_endian: Vec<u8> = "\u{feff}MST 0\n".encode_utf16().flat_map(u16::to_be_bytes).collect();
+    for (text, expected) in [(&b"#include a.inc"[..], "a.inc"), (&big_endian, "main.tmc")] {
+        let assembly = assemble("main.tmc", text, &TMCM_3351, &Options::default(), &load);
+        let [problem] = assembly.problems.as_slice() else { panic!("{:?}", assembly.problems) };
+        assert_eq!(
+            render(problem, &assembly.sources, Style::Plain),
+            format!(
+                "\
+error[encoding]: `{expected}` is UTF-16
+ --> {expected}:1:1
+  |
+1 |
+  | ^
+  |
+  = help: save it as UTF-8"
+            )
+        );
+    }
 }
 
 #[test]

@@ -30,12 +30,14 @@ pub enum Error {
         error: io::Error,
     },
     /// Nothing answers at all.
-    #[error("{port}: no module answers at address {address}; check power, cable, baud rate and address (?address=N)")]
+    #[error("{port}: no module answers at address {address}; check {check}")]
     NoModule {
         /// The port.
         port: String,
         /// The address asked.
         address: u8,
+        /// What to check on this kind of line.
+        check: &'static str,
     },
     /// A request got no answer in time. It may have been executed.
     #[error(

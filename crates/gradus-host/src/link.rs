@@ -25,6 +25,9 @@ pub trait Link: Send {
 
     /// Lets `time` pass.
     fn sleep(&mut self, time: Duration);
+
+    /// What to check when no module answers, as the end of a sentence.
+    fn what_to_check(&self) -> &'static str;
 }
 
 /// What `receive` makes of a read from a file or a socket: no bytes in time is 0, the end of the stream an error.

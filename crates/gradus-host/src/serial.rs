@@ -62,4 +62,8 @@ impl Link for SerialLink {
     fn sleep(&mut self, time: Duration) {
         std::thread::sleep(time);
     }
+
+    fn what_to_check(&self) -> &'static str {
+        "power, cable, baud rate and address (?address=N)"
+    }
 }

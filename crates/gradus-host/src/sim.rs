@@ -75,6 +75,10 @@ impl Link for SimLink {
     fn sleep(&mut self, time: Duration) {
         self.bench.run_for(microseconds(time));
     }
+
+    fn what_to_check(&self) -> &'static str {
+        "the address (?address=N)"
+    }
 }
 
 fn microseconds(time: Duration) -> u64 {

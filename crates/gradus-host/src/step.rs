@@ -50,7 +50,8 @@ impl Session {
             self.in_step = true;
             return Ok(());
         }
-        Err(Error::NoModule { port: self.port.clone(), address: self.address })
+        let (port, check) = (self.port.clone(), self.link.what_to_check());
+        Err(Error::NoModule { port, address: self.address, check })
     }
 
     /// Reads what has come unasked.

@@ -73,4 +73,21 @@ impl Link for TcpLink {
     fn sleep(&mut self, time: Duration) {
         std::thread::sleep(time);
     }
+
+    fn what_to_check(&self) -> &'static str {
+        "that a module is behind this port, and its address (?address=N)"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_to_check_is_the_address_and_not_the_cable() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let link = TcpLink::open("127.0.0.1", listener.local_addr().unwrap().port()).unwrap();
+        let check = link.what_to_check();
+        assert!(check.contains("?address=N") && !check.contains("cable") && !check.contains("baud"), "{check}");
+    }
 }

@@ -69,11 +69,12 @@ fn parse(text: &str) -> Result<Url, String> {
 }
 
 fn place(line: &str) -> Result<Place, String> {
-    match line.split_once(':') {
-        Some(("sim", name)) => sim(name),
-        Some(("tcp", rest)) => tcp(rest.trim_start_matches("//")),
-        Some(("serial", path)) => serial(path),
-        Some((scheme, _)) if scheme.bytes().all(|byte| byte.is_ascii_alphabetic()) => {
+    let (scheme, rest) = line.split_once(':').unwrap_or((line, ""));
+    match scheme.to_ascii_lowercase().as_str() {
+        "sim" => sim(rest),
+        "tcp" => tcp(rest.trim_start_matches("//")),
+        "serial" => serial(rest),
+        other if line.contains(':') && other.bytes().all(|byte| byte.is_ascii_alphabetic()) => {
             Err(format!("there is no kind of port named `{scheme}`"))
         }
         _ => serial(line),
@@ -81,6 +82,9 @@ fn place(line: &str) -> Result<Place, String> {
 }
 
 fn sim(name: &str) -> Result<Place, String> {
+    if name.is_empty() {
+        return Err("the module is missing, as in sim:tmcm-3351".into());
+    }
     let names = || MODULES.iter().map(|module| module.name.to_lowercase()).collect::<Vec<_>>().join(", ");
     Module::named(name).map(Place::Sim).ok_or_else(|| format!("there is no module `{name}`, only {}", names()))
 }
@@ -160,6 +164,10 @@ mod tests {
             ("./pty?address=0", "serial:./pty?address=0"),
             ("/dev/serial/by-path/pci-0000:00:14.0-usb-0:1", "serial:/dev/serial/by-path/pci-0000:00:14.0-usb-0:1"),
             ("COM3", "serial:COM3"),
+            ("SIM:tmcm-3351", "sim:tmcm-3351"),
+            ("Tcp:localhost:4322", "tcp:localhost:4322"),
+            ("SERIAL:/dev/ttyACM0", "serial:/dev/ttyACM0"),
+            ("./sim", "serial:./sim"),
         ];
         for (text, normal) in cases {
             assert_eq!(text.parse::<Url>().unwrap().to_string(), normal, "{text}");
@@ -170,6 +178,10 @@ mod tests {
     fn a_wrong_url_says_what_is_wrong_and_what_is_accepted() {
         let cases = [
             ("sim:tmcm-9999", "there is no module `tmcm-9999`"),
+            ("sim:", "the module is missing, as in sim:tmcm-3351"),
+            ("sim", "the module is missing, as in sim:tmcm-3351"),
+            ("tcp", "tcp needs a host and a port number"),
+            ("serial", "the path is missing"),
             ("tcp:localhost", "tcp needs a host and a port number"),
             ("tcp::4322", "the host is missing"),
             ("tcp:localhost:99999", "`99999` is no port number"),

@@ -22,8 +22,11 @@ struct Sim {
 
 impl Sim {
     fn start(arguments: &[&str]) -> Self {
-        let mut command = Command::new(GRADUS);
-        command.arg("sim").args(arguments).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        Self::spawn(Command::new(GRADUS).arg("sim").args(arguments))
+    }
+
+    fn spawn(command: &mut Command) -> Self {
+        let command = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut process = command.spawn().unwrap();
         let input = process.stdin.take().unwrap();
         let output = BufReader::new(process.stdout.take().unwrap());
@@ -88,6 +91,31 @@ fn both_endpoints_lead_to_one_module_and_its_memory_survives() {
 
     let sim = Sim::start(&arguments);
     assert_eq!(sim.session(1).get_global(Gp::AutoStart, 0).unwrap(), 1);
+    sim.stop();
+}
+
+#[test]
+fn each_signal_ends_it_cleanly_and_removes_the_link() {
+    for signal in ["INT", "TERM", "HUP"] {
+        let folder = tempfile::tempdir().unwrap();
+        let link = folder.path().join("tmcm");
+        let mut sim = Sim::start(&["--pty", text(&link)]);
+        assert!(link.exists(), "{signal}");
+        kill(&sim.process, signal);
+        assert!(sim.process.wait().unwrap().success(), "{signal}");
+        assert!(link.symlink_metadata().is_err(), "{signal}: the link is removed");
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn under_nohup_it_outlives_its_terminal() {
+    let script = r#"trap "" HUP; exec "$0" sim --tcp 127.0.0.1:0"#;
+    let mut sim = Sim::spawn(Command::new("sh").args(["-c", script, GRADUS]));
+    kill(&sim.process, "HUP");
+    writeln!(sim.input, "show").unwrap();
+    assert!(!read_line(&mut sim.output).is_empty());
+    assert_eq!(sim.session(0).get_axis(Ap::TargetSpeed, 0).unwrap(), 0);
     sim.stop();
 }
 

@@ -142,6 +142,10 @@ impl Link for Line {
     fn sleep(&mut self, time: Duration) {
         self.0.lock().unwrap().now += time;
     }
+
+    fn what_to_check(&self) -> &'static str {
+        "the fake"
+    }
 }
 
 /// A session in step with a fake module that goes on with `script`.
@@ -251,7 +255,7 @@ fn a_silent_line_is_reported() {
     let line = Line(Arc::new(Mutex::new(Fake { script: [Fault::Lost; 4].into(), ..Fake::default() })));
     let mut session = Session::over(Box::new(line), "fake".into(), 1);
     let message = session.command(gap(3)).unwrap_err().to_string();
-    assert!(message.contains("no module answers at address 1"), "{message}");
+    assert!(message.contains("no module answers at address 1; check the fake"), "{message}");
 }
 
 #[test]

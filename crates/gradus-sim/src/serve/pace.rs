@@ -7,18 +7,21 @@ use std::time::{Duration, Instant};
 /// How fast virtual time runs.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Speed {
-    /// So many virtual seconds a second, above 0, a million at most.
+    /// So many virtual seconds a second, a millionth to a million.
     Factor(f64),
     /// As fast as possible while the module has anything to do (motion, a program, a timer); else as the wall clock.
     Max,
 }
 
+/// A virtual second in twelve days; slower, a module only looks dead.
+const MIN_FACTOR: f64 = 1e-6;
+
 /// No computer keeps up with more, and months of idling at this factor fit into the module's microseconds.
 const MAX_FACTOR: f64 = 1e6;
 
-/// A speed that is neither a positive number nor `max`.
+/// A speed that is neither a number in range nor `max`.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("`{0}` is no speed: give a number above 0 (1 is real time), {MAX_FACTOR} at most, or `max`")]
+#[error("`{0}` is no speed: give a number from {MIN_FACTOR} to {MAX_FACTOR} (1 is real time) or `max`")]
 pub struct SpeedError(String);
 
 impl Default for Speed {
@@ -35,7 +38,7 @@ impl FromStr for Speed {
         if text == "max" {
             return Ok(Self::Max);
         }
-        let factor = text.parse().ok().filter(|factor: &f64| *factor > 0.0 && *factor <= MAX_FACTOR);
+        let factor = text.parse().ok().filter(|factor| (MIN_FACTOR..=MAX_FACTOR).contains(factor));
         factor.map(Self::Factor).ok_or_else(|| SpeedError(text.to_owned()))
     }
 }
@@ -96,6 +99,8 @@ mod tests {
             ("max", Some(Speed::Max)),
             ("1e6", Some(Speed::Factor(1e6))),
             ("1e7", None),
+            ("1e-6", Some(Speed::Factor(1e-6))),
+            ("9e-7", None),
             ("0", None),
             ("-1", None),
             ("inf", None),

@@ -3,6 +3,7 @@
 //! One thread waits for hosts, the console and a stop, and for the time of the next event. Then it moves virtual time on,
 //! hands over what has come, and sends what is due. No host can hold it up.
 
+use std::fs;
 use std::io::{self, Write};
 use std::net::TcpListener;
 use std::os::fd::AsFd;
@@ -12,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use signal_hook::SigId;
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use super::endpoint::{Endpoint, EndpointError, listen};
 use super::line::Line;
@@ -153,17 +154,26 @@ impl Server {
         self.stopper.try_clone().map(Stopper)
     }
 
-    /// Lets SIGINT and SIGTERM end the server.
+    /// Lets SIGINT, SIGTERM and SIGHUP (the terminal is closed) end the server. One that was ignored at the start of the
+    /// process, as `nohup` has it, stays ignored.
     ///
     /// # Errors
     /// When the signals cannot be caught.
     pub fn stop_on_signals(&mut self) -> io::Result<()> {
-        for signal in [SIGINT, SIGTERM] {
+        for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal)) {
             let stopper = self.stopper.try_clone()?;
             self.signals.push(signal_hook::low_level::pipe::register(signal, stopper)?);
         }
         Ok(())
     }
+}
+
+/// Whether this process ignores a signal, where the system tells it in `/proc`.
+fn is_ignored(signal: i32) -> bool {
+    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|digits| u64::from_str_radix(digits.trim(), 16).ok()).unwrap_or(0);
+    mask & 1 << (signal - 1) != 0
 }
 
 impl Drop for Server {

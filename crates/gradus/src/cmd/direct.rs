@@ -17,7 +17,8 @@ use crate::program::print_problems;
 /// and value. Nothing is sent if a command is misspelt. A command that the module refuses does not keep the following ones
 /// from being sent; exit status 1 if any was refused.
 ///
-/// Control commands, which have no mnemonic, are written with their four fields: DATA 129, 0, 0, 0 runs the program.
+/// Control commands, which have no mnemonic, are written with their four fields, here as in programs:
+/// DATA opcode, type, motor, value; `#data` means the same. DATA 129, 0, 0, 0 runs the program.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:

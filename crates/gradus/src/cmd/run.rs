@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use gradus_host::{Session, State};
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::{MODULES, Module};
@@ -55,7 +56,7 @@ pub struct Run {
     #[arg(long, value_name = "DURATION", value_parser = span::parse, default_value = "1s")]
     every: Duration,
     /// Draw position and speed of the axes that moved over time
-    #[arg(long, value_name = "FILE.svg")]
+    #[arg(long, value_name = "FILE.svg", value_parser = PathBufValueParser::new().try_map(svg))]
     plot: Option<PathBuf>,
 }
 
@@ -92,6 +93,12 @@ impl Run {
         }
         if end == End::Interrupted { bail!("interrupted; program and motors are stopped") } else { Ok(()) }
     }
+}
+
+/// Takes the name of a picture. Its ending says what will be in it.
+fn svg(file: PathBuf) -> Result<PathBuf, &'static str> {
+    let is_svg = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
+    if is_svg { Ok(file) } else { Err("the picture is an SVG; its name must end in .svg") }
 }
 
 /// Opens the file of the picture before the program runs, so that no run is lost to a wrong path.

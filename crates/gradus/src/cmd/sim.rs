@@ -19,7 +19,7 @@ const DEFAULT_TCP_PORT: u16 = 4322;
 /// Offer a virtual module to other programs
 ///
 /// Without --pty and --tcp it opens a pseudo-terminal and tcp 127.0.0.1:4322. Prints one line an endpoint, `pty PATH` or
-/// `tcp ADDR:PORT`, then `ready`, and serves until it gets SIGINT (Ctrl-C) or SIGTERM. Lines on the standard input work the
+/// `tcp ADDR:PORT`, then `ready`, and serves until it gets SIGINT (Ctrl-C), SIGTERM or SIGHUP (terminal closed). Lines on the standard input work the
 /// machine by hand.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
