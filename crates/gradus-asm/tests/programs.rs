@@ -25,7 +25,7 @@ fn programs(folder: &str) -> Vec<PathBuf> {
 }
 
 fn examples() -> impl Iterator<Item = (PathBuf, &'static Module)> {
-    let folders = [("", "TMCM-3351"), ("tmcm-351", "TMCM-351"), ("tmcm-1617", "TMCM-1617")];
+    let folders = [("", "TMCM-3351"), ("benches", "TMCM-3351"), ("tmcm-351", "TMCM-351"), ("tmcm-1617", "TMCM-1617")];
     folders.into_iter().flat_map(|(folder, module)| {
         let module = Module::named(module).unwrap();
         programs(&format!("{EXAMPLES}/{folder}")).into_iter().map(move |path| (path, module))

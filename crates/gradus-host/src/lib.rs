@@ -1,6 +1,7 @@
 //! The host side of TMCL: links to virtual and real modules, and the [`Session`] that talks over them.
 //!
-//! A port is named by a [`Url`]. [`Session::open`] opens it; nothing else does. Commands, parameters by name, downloads and
+//! A port is named by a [`Url`]. [`Session::open`] opens it; nothing else does. A virtual module with a machine of one's own
+//! has no name: [`Session::on_bench`]. Commands, parameters by name, downloads and
 //! program control are methods of the session.
 //!
 //! ```
@@ -32,10 +33,10 @@ mod tcp;
 mod url;
 
 pub use error::Error;
+pub use gradus_sim::VIRTUAL_MODULES;
 pub use link::Link;
 pub use named::Named;
 pub use names::{NameError, axis_parameters, find, find_axis, find_global, global_parameters, normalise};
 pub use program::{ApplicationStatus, ProgramError, State};
 pub use session::{PositionReached, Session};
-pub use sim::VIRTUAL_MODULES;
 pub use url::{Place, Url, UrlError};

@@ -18,6 +18,7 @@ use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
+use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Command, Gp, MODULES, Module, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
@@ -26,6 +27,7 @@ use crate::serial::SerialLink;
 use crate::sim::SimLink;
 use crate::step::Heard;
 use crate::tcp::TcpLink;
+use crate::url::DEFAULT_ADDRESS;
 use crate::{Error, Link, Place, Url};
 
 /// How long an answer may take.
@@ -82,6 +84,29 @@ impl Session {
         };
         let link = link.map_err(|reason| Error::Open { port: url.to_string(), reason })?;
         let mut session = Self::over(link, url.to_string(), url.address);
+        session.get_in_step()?;
+        Ok(session)
+    }
+
+    /// A session with the module of a bench, in virtual time.
+    ///
+    /// ```
+    /// use gradus_host::Session;
+    /// use gradus_sim::{BenchFile, Eeprom, store_size};
+    /// use gradus_tmcl::catalogue::Ap;
+    ///
+    /// let file = BenchFile::parse("module = 'tmcm-3351'\naxis.0 = { start = -1, travel.left.at = 0 }")?;
+    /// let memory = Eeprom::new(store_size(file.module) as usize);
+    /// let mut session = Session::on_bench(file.build(memory))?;
+    /// assert_eq!(session.get_axis(Ap::LeftSwitch, 0)?, 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// When the module does not answer, having no power for example.
+    pub fn on_bench(bench: Bench) -> Result<Self, Error> {
+        let port = Url { place: Place::Sim(bench.catalogue()), address: DEFAULT_ADDRESS }.to_string();
+        let mut session = Self::over(Box::new(SimLink::to(bench)), port, DEFAULT_ADDRESS);
         session.get_in_step()?;
         Ok(session)
     }

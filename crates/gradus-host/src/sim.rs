@@ -4,15 +4,12 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
-use gradus_sim::{Bench, Link as BenchLink, LinkKind};
-use gradus_tmcl::catalogue::{Module, TMCM_3351};
+use gradus_sim::{Bench, Link as BenchLink, LinkKind, VIRTUAL_MODULES};
+use gradus_tmcl::catalogue::Module;
 
 use crate::Link;
 
-/// The modules whose firmware really runs; the others are in the catalogue only.
-pub const VIRTUAL_MODULES: &[&Module] = &[&TMCM_3351];
-
-/// A virtual module of its own, on a machine of rigid axes. Requests and answers take no time.
+/// A virtual module of its own. Requests and answers take no time.
 pub struct SimLink {
     bench: Bench,
     line: BenchLink,
@@ -21,15 +18,19 @@ pub struct SimLink {
 }
 
 impl SimLink {
-    /// Builds the module and switches it on.
+    /// Builds the module on the default machine and switches it on.
     pub fn open(module: &'static Module) -> Result<Self, String> {
         if !VIRTUAL_MODULES.iter().any(|known| known.number == module.number) {
             let names: Vec<&str> = VIRTUAL_MODULES.iter().map(|module| module.name).collect();
             return Err(format!("there is no virtual {}, only {}", module.name, names.join(", ")));
         }
-        let mut bench = Bench::with_defaults(module);
+        Ok(Self::to(Bench::with_defaults(module)))
+    }
+
+    /// A link to the module of a bench.
+    pub fn to(mut bench: Bench) -> Self {
         let line = bench.attach(LinkKind::Usb, 0);
-        Ok(Self { bench, line, pending: VecDeque::new() })
+        Self { bench, line, pending: VecDeque::new() }
     }
 
     fn fetch(&mut self) {

@@ -48,7 +48,8 @@ pub struct UrlError {
     pub problem: String,
 }
 
-const DEFAULT_ADDRESS: u8 = 1;
+/// Address of a module as it is delivered.
+pub(crate) const DEFAULT_ADDRESS: u8 = 1;
 const DEFAULT_BAUD: u32 = 9600;
 
 impl FromStr for Url {

@@ -22,7 +22,7 @@ pub struct Home {
     /// Its middle, in microsteps.
     pub middle: i64,
     /// Its width in microsteps; 0 closes the switch in one position only.
-    pub width: u32,
+    pub width: u64,
 }
 
 /// Where the switches stand, in microsteps; `None`: there is no such switch.
@@ -42,7 +42,7 @@ impl Travel {
         match switch {
             Switch::Left => self.left.is_some_and(|end| position <= end),
             Switch::Right => self.right.is_some_and(|end| position >= end),
-            Switch::Home => self.home.is_some_and(|home| position.abs_diff(home.middle) <= u64::from(home.width / 2)),
+            Switch::Home => self.home.is_some_and(|home| position.abs_diff(home.middle) <= home.width / 2),
         }
     }
 }

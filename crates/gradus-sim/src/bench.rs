@@ -1,9 +1,15 @@
 //! A module on its machine, in virtual time.
 
-use gradus_firmware::{Link, LinkKind, Module, store_size};
-use gradus_tmcl::catalogue::{self, Ap};
+use std::collections::VecDeque;
 
+use gradus_firmware::{Link, LinkKind, Module, store_size};
+use gradus_tmcl::catalogue::{self, Ap, TMCM_3351};
+
+use crate::console::Change;
 use crate::{Eeprom, Machine};
+
+/// The modules whose firmware really runs; the others are in the catalogue only.
+pub const VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351];
 
 /// The firmware of a virtual module with its machine and memory.
 pub type Firmware = Module<Machine, Eeprom>;
@@ -11,7 +17,7 @@ pub type Firmware = Module<Machine, Eeprom>;
 /// One module with its machine, in virtual time: microseconds since the bench was built.
 ///
 /// Nothing happens unless time is moved with [`run_until`](Self::run_until). Two benches that get the same calls are equal
-/// to the bit.
+/// to the bit. What is to happen to the machine later can be [scheduled](Self::schedule).
 ///
 /// ```
 /// use gradus_sim::{Bench, LinkKind};
@@ -29,6 +35,8 @@ pub struct Bench {
     catalogue: &'static catalogue::Module,
     now_us: u64,
     board: Board,
+    /// Changes to come with their times in microseconds, in the order of time.
+    schedule: VecDeque<(u64, Change)>,
     links: u32,
 }
 
@@ -43,7 +51,7 @@ impl Bench {
     /// Puts a module on a machine and switches it on.
     pub fn new(catalogue: &'static catalogue::Module, machine: Machine, eeprom: Eeprom) -> Self {
         let board = Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us: 0 };
-        Self { catalogue, now_us: 0, board, links: 0 }
+        Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0 }
     }
 
     /// A module with an erased EEPROM on a machine of rigid axes without switches.
@@ -67,17 +75,40 @@ impl Bench {
 
     /// When something happens next if nobody does anything; `None`: never, or not before the power is back.
     pub fn next_event(&self) -> Option<u64> {
+        let change = self.schedule.front().map(|(at_us, _)| *at_us);
+        let next = [self.next_of_board(), change].into_iter().flatten().min();
+        next.map(|at_us| at_us.max(self.now_us))
+    }
+
+    fn next_of_board(&self) -> Option<u64> {
         match &self.board {
-            Board::On { firmware, since_us } => {
-                firmware.poll_at().map(|at| since_us.saturating_add(at).max(self.now_us))
-            }
+            Board::On { firmware, since_us } => firmware.poll_at().map(|at| since_us.saturating_add(at)),
             Board::Off(_) => None,
         }
     }
 
+    /// Lets a change happen at a time in microseconds: after what the module does at that time, and after the changes
+    /// that have been scheduled for it before. A time that has passed means now.
+    pub fn schedule(&mut self, at_us: u64, change: Change) {
+        let at_us = at_us.max(self.now_us);
+        let index = self.schedule.partition_point(|(other_us, _)| *other_us <= at_us);
+        self.schedule.insert(index, (at_us, change));
+    }
+
     /// Moves time on to `end_us`; a time that has passed changes nothing.
     pub fn run_until(&mut self, end_us: u64) {
-        self.now_us = self.now_us.max(end_us);
+        let end_us = end_us.max(self.now_us);
+        while let Some((at_us, change)) = self.schedule.pop_front_if(|(at_us, _)| *at_us <= end_us) {
+            self.pass(at_us);
+            change.apply(self);
+            self.pass(at_us);
+        }
+        self.pass(end_us);
+    }
+
+    /// Lets the module do all that is due up to `end_us`, during which nothing changes from outside.
+    fn pass(&mut self, end_us: u64) {
+        self.now_us = end_us;
         if let Board::On { firmware, since_us } = &mut self.board {
             firmware.poll(self.now_us - *since_us);
         }
@@ -279,6 +310,48 @@ mod tests {
         bench.run_until(500);
         bench.run_until(100);
         assert_eq!(bench.now(), 500);
+    }
+
+    #[test]
+    fn scheduled_changes_happen_at_their_time_however_time_passes() {
+        let shaft = [10_000_000, 100_000, 7_919].map(|portion_us| {
+            let mut host = Host::new();
+            let change = |line| Change::parse(line, &TMCM_3351).unwrap();
+            host.bench.schedule(3 * SECOND_US, change("switch 0 right 0"));
+            host.bench.schedule(2 * SECOND_US, change("switch 0 right 1"));
+            host.tell(Opcode::SAP, 12, 0, 3);
+            host.tell(Opcode::ROR, 0, 0, 51_200);
+            while host.bench.now() < 4 * SECOND_US {
+                host.bench.run_until((host.bench.now() + portion_us).min(4 * SECOND_US));
+            }
+            host.shaft(0)
+        });
+        // 1 s of ramp and 1 s at full speed, a stop at the switch, and 1 s of ramp after it.
+        assert!(shaft[0].abs_diff(2 * 51_200) < 100, "{shaft:?}");
+        assert_eq!(shaft, [shaft[0]; 3]);
+    }
+
+    #[test]
+    fn changes_of_one_time_happen_in_the_order_of_scheduling() {
+        let mut bench = Bench::with_defaults(&TMCM_3351);
+        for line in ["power off", "in 3 1", "power on", "in 3 0"] {
+            bench.schedule(SECOND_US, Change::parse(line, &TMCM_3351).unwrap());
+        }
+        assert_eq!(bench.next_event(), Some(SECOND_US));
+        bench.run_until(SECOND_US - 1);
+        assert!(bench.next_event().is_some());
+        bench.run_until(SECOND_US);
+        assert_eq!((bench.has_power(), bench.machine().io.levels(), bench.next_event()), (true, 0, None));
+    }
+
+    #[test]
+    fn power_that_is_scheduled_comes_back() {
+        let mut bench = Bench::with_defaults(&TMCM_3351);
+        bench.power_off();
+        bench.schedule(SECOND_US, Change::parse("power on", &TMCM_3351).unwrap());
+        assert_eq!(bench.next_event(), Some(SECOND_US));
+        bench.run_for(SECOND_US);
+        assert!(bench.has_power());
     }
 
     #[test]

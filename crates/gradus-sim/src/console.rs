@@ -5,7 +5,7 @@
 use std::fmt::{self, Write as _};
 
 use gradus_plant::{Surroundings, Switch};
-use gradus_tmcl::catalogue::Ap;
+use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::{Bench, MachineIo};
 
@@ -15,6 +15,8 @@ use crate::{Bench, MachineIo};
 pub enum ConsoleError {
     #[error("there is no command `{0}`; `help` lists them")]
     Unknown(String),
+    #[error("`{0}` changes nothing")]
+    NoChange(String),
     #[error("usage: {usage}")]
     Count { usage: String },
     #[error("`{found}` is no {operand}; usage: {usage}")]
@@ -26,19 +28,52 @@ pub enum ConsoleError {
 /// # Errors
 /// When the line is no command; nothing has been changed then.
 pub fn execute(line: &str, bench: &mut Bench) -> Result<String, ConsoleError> {
+    match understand(line, bench.catalogue())? {
+        None => Ok(String::new()),
+        Some((Action::Tell(tell), _)) => Ok(tell(bench)),
+        Some((Action::Do(change), operands)) => {
+            change(bench, &operands);
+            bench.run_for(0);
+            Ok(String::new())
+        }
+    }
+}
+
+/// A line that changes the machine, checked beforehand.
+#[derive(Clone, Debug)]
+pub struct Change {
+    change: fn(&mut Bench, &[usize]),
+    operands: Vec<usize>,
+}
+
+impl Change {
+    /// Understands a line for the machine of a module.
+    ///
+    /// # Errors
+    /// When the line is no command, or one that changes nothing.
+    pub fn parse(line: &str, catalogue: &Module) -> Result<Self, ConsoleError> {
+        match understand(line, catalogue)? {
+            Some((Action::Do(change), operands)) => Ok(Self { change, operands }),
+            _ => Err(ConsoleError::NoChange(line.trim().to_owned())),
+        }
+    }
+
+    /// Changes the machine.
+    pub(crate) fn apply(&self, bench: &mut Bench) {
+        (self.change)(bench, &self.operands);
+    }
+}
+
+/// What a line means; nothing if it is empty.
+fn understand(line: &str, catalogue: &Module) -> Result<Option<(Action, Vec<usize>)>, ConsoleError> {
     let mut words = line.split_whitespace();
     let Some(name) = words.next() else {
-        return Ok(String::new());
+        return Ok(None);
     };
     let command = COMMANDS.iter().find(|command| command.name == name);
     let command = command.ok_or_else(|| ConsoleError::Unknown(name.to_owned()))?;
-    let operands = command.operands(&words.collect::<Vec<_>>(), bench)?;
-    match command.action {
-        Action::Do(change) => change(bench, &operands),
-        Action::Tell(tell) => return Ok(tell(bench)),
-    }
-    bench.run_for(0);
-    Ok(String::new())
+    let operands = command.operands(&words.collect::<Vec<_>>(), catalogue)?;
+    Ok(Some((command.action, operands)))
 }
 
 /// What stands behind the name of a command.
@@ -52,11 +87,11 @@ enum Operand {
 }
 
 impl Operand {
-    fn value(&self, text: &str, bench: &Bench) -> Option<usize> {
+    fn value(&self, text: &str, catalogue: &Module) -> Option<usize> {
         let below = |limit| text.parse().ok().filter(|number: &usize| *number < limit);
         match self {
             Self::Number { limit, .. } => below(*limit),
-            Self::Axis => below(bench.catalogue().axes.into()),
+            Self::Axis => below(catalogue.axes.into()),
             Self::Word(words) => words.iter().position(|word| *word == text),
         }
     }
@@ -79,6 +114,7 @@ struct Command {
     action: Action,
 }
 
+#[derive(Clone, Copy)]
 enum Action {
     /// Changes the machine.
     Do(fn(&mut Bench, &[usize])),
@@ -87,12 +123,12 @@ enum Action {
 }
 
 impl Command {
-    fn operands(&self, words: &[&str], bench: &Bench) -> Result<Vec<usize>, ConsoleError> {
+    fn operands(&self, words: &[&str], catalogue: &Module) -> Result<Vec<usize>, ConsoleError> {
         if words.len() != self.operands.len() {
             return Err(ConsoleError::Count { usage: self.usage() });
         }
         let read = |(operand, word): (&Operand, &&str)| {
-            operand.value(word, bench).ok_or_else(|| ConsoleError::Operand {
+            operand.value(word, catalogue).ok_or_else(|| ConsoleError::Operand {
                 found: (*word).to_owned(),
                 operand: operand.to_string(),
                 usage: self.usage(),
@@ -272,6 +308,15 @@ mod tests {
             assert_eq!(error.to_string(), message, "{line}");
             assert_eq!(changed.machine(), bench().machine(), "{line}");
         }
+    }
+
+    #[test]
+    fn only_lines_that_change_the_machine_are_changes() {
+        let problem = |line| Change::parse(line, &TMCM_3351).err().map(|error| error.to_string());
+        assert_eq!(problem("switch 2 home 1"), None);
+        assert_eq!(problem(" show "), Some("`show` changes nothing".into()));
+        assert_eq!(problem(""), Some("`` changes nothing".into()));
+        assert_eq!(problem("in 3"), Some("usage: in PORT(0-7) 0|1".into()));
     }
 
     #[test]

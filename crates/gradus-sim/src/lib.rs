@@ -1,7 +1,8 @@
 //! The bench: a module's firmware bolted to a simulated machine.
 //!
 //! A [`Bench`] runs in virtual time, as fast as the computer can. A `Server` lets its time follow the wall clock and offers
-//! it to real hosts on pseudo-terminals and TCP, with a [`console`] to work the machine by hand; it needs a Unix system.
+//! it to real hosts on pseudo-terminals and TCP, with a [`console`] to work the machine by hand; it needs a Unix system. A
+//! [`BenchFile`] describes a machine and what happens to it.
 //!
 //! Not here: what a module does with a datagram (`gradus-firmware`) and what a motor does with its current
 //! (`gradus-plant`).
@@ -9,17 +10,22 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod bench;
+pub mod bench_file;
 pub mod console;
 mod eeprom;
 mod io;
 mod machine;
+mod problem;
+mod quantity;
 #[cfg(unix)]
 mod serve;
 
-pub use bench::{Bench, Firmware};
+pub use bench::{Bench, Firmware, VIRTUAL_MODULES};
+pub use bench_file::{BenchFile, BenchFileError};
 pub use eeprom::{Eeprom, EepromError};
 pub use gradus_firmware::{Link, LinkKind, store_size};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
+pub use problem::Problem;
 #[cfg(unix)]
 pub use serve::{Console, Endpoint, EndpointError, Options, ServeError, Server, Speed, SpeedError, Stopper};

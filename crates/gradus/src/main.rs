@@ -45,6 +45,7 @@ Ports (--port):
   tcp:localhost:4322                  a TCP port that carries serial datagrams
   serial:/dev/ttyACM0?baud=115200     a serial port; the path alone will do
   Each takes ?address=N, the module's address (default 1).
+  Instead of a port, --bench stage.toml takes a virtual module with the machine that a bench file describes.
 
 Exit status: 0 when all went well, 1 when something failed, 2 when the command line was wrong.";
 

@@ -1,7 +1,10 @@
 //! Arguments that several subcommands have: the port and the module.
 
+use std::path::PathBuf;
+
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::{Session, Url};
+use gradus_sim::{BenchFile, Eeprom, store_size};
 use gradus_tmcl::catalogue::Module;
 
 /// Where the module is.
@@ -10,15 +13,21 @@ pub struct Port {
     /// Port of the module: sim:MODULE, tcp:HOST:PORT, serial:PATH?baud=9600 or a path, each with ?address=N.
     #[arg(long, value_name = "URL", default_value = "sim:tmcm-3351")]
     port: Url,
+    /// Bench file: a virtual module with the machine it describes, instead of a port
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "port")]
+    bench: Option<PathBuf>,
 }
 
 impl Port {
-    /// Opens it.
+    /// Opens it, or builds the bench.
     ///
     /// # Errors
-    /// When it does not open or no module answers.
-    pub fn open(&self) -> Result<Session, gradus_host::Error> {
-        Session::open(&self.port)
+    /// When it does not open, no module answers, or something is wrong with the bench file.
+    pub fn open(&self) -> anyhow::Result<Session> {
+        let Some(file) = &self.bench else { return Ok(Session::open(&self.port)?) };
+        let file = BenchFile::read(file)?;
+        let memory = Eeprom::new(store_size(file.module) as usize);
+        Ok(Session::on_bench(file.build(memory))?)
     }
 }
 

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use gradus_asm::{Options, assemble};
-use gradus_sim::{Bench, Link, LinkKind, console};
+use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind, console, store_size};
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request};
 
@@ -38,7 +38,11 @@ struct Rig {
 impl Rig {
     /// Downloads a program and starts it.
     fn running(program: &[Instruction]) -> Self {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        Self::on(Bench::with_defaults(&TMCM_3351), program)
+    }
+
+    /// Downloads a program into the module of a bench and starts it.
+    fn on(mut bench: Bench, program: &[Instruction]) -> Self {
         let link = bench.attach(LinkKind::Usb, 0);
         let mut rig = Self { bench, link };
         rig.send(Instruction::new(Opcode::ENTER_DOWNLOAD, 0, 0, 0));
@@ -365,4 +369,38 @@ fn examples_do_what_they_say() {
             "{example}: shafts"
         );
     }
+}
+
+/// An example of `benches/` running on its machine.
+fn rig_on(machine: &str, example: &str) -> Rig {
+    let file = BenchFile::read(Path::new(&format!("{EXAMPLES}/benches/{machine}.toml"))).unwrap();
+    Rig::on(file.build(Eeprom::new(store_size(&TMCM_3351) as usize)), &assembled(&format!("benches/{example}")))
+}
+
+/// Place of the carriage on axis 0 in the unit of a bench that moves so far in a turn.
+fn place(rig: &mut Rig, travel_per_turn: f64) -> f64 {
+    let plant = &rig.bench.machine().axes[0].plant;
+    plant.position() as f64 / f64::from(plant.microsteps_per_turn()) * travel_per_turn
+}
+
+/// The edges of the switch are found at 2 mm/s: 0.0002 mm a tick.
+#[test]
+fn stage_finds_the_middle_of_its_home_switch() {
+    let mut rig = rig_on("linear-stage", "home");
+    rig.run_until(7_500.0);
+    assert_eq!(rig.ask(STOPPED_AT), 10);
+    assert!((place(&mut rig, 5.0) - 50.0).abs() < 0.001, "at {} mm, not 50", place(&mut rig, 5.0));
+}
+
+/// Three quarter turns from the home switch; its edges are found at 2 degrees/s: 0.0002 degrees a tick.
+#[test]
+fn table_turns_until_the_lid_opens() {
+    let mut rig = rig_on("rotary-table", "index");
+    for (time_ms, closed) in [(7_999.0, 1), (8_001.0, 0)] {
+        rig.run_until(time_ms);
+        assert_eq!((rig.ask("GIO 0, 0"), rig.ask(RUNS)), (closed, 1), "{time_ms} ms");
+    }
+    rig.run_until(9_000.0);
+    assert_eq!(rig.ask(RUNS), 0);
+    assert!((place(&mut rig, 4.0) - 270.0).abs() < 0.001, "at {} degrees, not 270", place(&mut rig, 4.0));
 }

@@ -5,9 +5,11 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use gradus_host::Session;
 use gradus_tmcl::catalogue::{Ap, Gp};
+use gradus_tmcl::{Instruction, Opcode};
 
 const GRADUS: &str = env!("CARGO_BIN_EXE_gradus");
 
@@ -127,6 +129,23 @@ fn console_lines_change_the_machine() {
     writeln!(sim.input, "switch 0 left 1\nshow").unwrap();
     read_line(&mut sim.output); // the answer to `show`: the line before has been executed
     assert_eq!(session.get_axis(Ap::LeftSwitch, 0).unwrap(), 1);
+    sim.stop();
+}
+
+#[test]
+fn a_bench_file_gives_the_module_a_machine_and_a_future() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("bench.toml");
+    let bench = "module = 'tmcm-3351'\naxis.1 = { start = -1, travel.left.at = 0 }\nio.inputs.3 = true\n\
+                 [[event]]\nat = 0.2\ndo = 'in 3 0'\n";
+    std::fs::write(&file, bench).unwrap();
+    let sim = Sim::start(&["--bench", text(&file), "--tcp", "127.0.0.1:0"]);
+    let mut session = sim.session(0);
+    assert_eq!([0, 1].map(|axis| session.get_axis(Ap::LeftSwitch, axis).unwrap()), [0, 1]);
+    let start = Instant::now();
+    while session.command(Instruction::new(Opcode::GIO, 3, 0, 0)).unwrap() == 1 {
+        assert!(start.elapsed() < Duration::from_secs(10), "the event never happened");
+    }
     sim.stop();
 }
 

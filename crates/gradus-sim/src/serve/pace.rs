@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 pub enum Speed {
     /// So many virtual seconds a second, a millionth to a million.
     Factor(f64),
-    /// As fast as possible while the module has anything to do (motion, a program, a timer); else as the wall clock.
+    /// As fast as possible while the module has anything to do (motion, a program, a timer, a scheduled change); else as the wall clock.
     Max,
 }
 

@@ -38,7 +38,8 @@ use crate::{complain, plot, span};
 Examples:
   gradus run two-positions.tmc --for 60s
   gradus run two-positions.tmc --for 60s --plot two-positions.svg
-  gradus run main.bin --port /dev/ttyACM0")]
+  gradus run main.bin --port /dev/ttyACM0
+  gradus run home.tmc --bench linear-stage.toml")]
 pub struct Run {
     /// Source file or .bin file
     file: PathBuf,

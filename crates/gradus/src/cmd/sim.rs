@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use gradus_firmware::store_size;
 use gradus_host::VIRTUAL_MODULES;
 use gradus_sim::{
-    Bench, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options, ServeError, Server, Speed,
+    Bench, BenchFile, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options, ServeError, Server,
+    Speed,
 };
 use gradus_tmcl::catalogue::Module;
 
@@ -21,6 +22,8 @@ const DEFAULT_TCP_PORT: u16 = 4322;
 /// Without --pty and --tcp it opens a pseudo-terminal and tcp 127.0.0.1:4322. Prints one line an endpoint, `pty PATH` or
 /// `tcp ADDR:PORT`, then `ready`, and serves until it gets SIGINT (Ctrl-C), SIGTERM or SIGHUP (terminal closed). Lines on the standard input work the
 /// machine by hand.
+///
+/// A bench file gives the module a machine with travel, switches and encoders, and says what happens to it later.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Lines on the standard input:
@@ -35,11 +38,15 @@ Lines on the standard input:
 Examples:
   gradus sim                                     a pty and TCP port 4322
   gradus sim --pty ./tmcm --eeprom tmcm.eeprom   settings survive the simulator
-  gradus sim --tcp 127.0.0.1:0 --speed 10        a free port, ten times real time")]
+  gradus sim --tcp 127.0.0.1:0 --speed 10        a free port, ten times real time
+  gradus sim --bench stage.toml                  a module with the machine of a bench file")]
 pub struct Sim {
     /// Module
     #[arg(value_parser = port::module(VIRTUAL_MODULES), ignore_case = true, default_value = "tmcm-3351")]
     module: &'static Module,
+    /// Bench file, which says what the module is and what it drives
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "module")]
+    bench: Option<PathBuf>,
     /// Open a pseudo-terminal and make PATH a symbolic link to it
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
@@ -59,8 +66,7 @@ pub struct Sim {
 
 impl Sim {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let machine = Machine::new(self.module.axes.into());
-        let bench = Bench::new(self.module, machine, self.memory()?);
+        let bench = self.build()?;
         let options = Options { speed: self.speed, allow_remote: self.allow_remote };
         let mut server = Server::open(bench, &self.endpoints(), options).map_err(advise)?;
         server.stop_on_signals()?;
@@ -72,8 +78,17 @@ impl Sim {
         Ok(server.run(Console::standard().ok())?)
     }
 
-    fn memory(&self) -> Result<Eeprom, EepromError> {
-        let size = store_size(self.module) as usize;
+    fn build(&self) -> anyhow::Result<Bench> {
+        let Some(file) = &self.bench else {
+            return Ok(Bench::new(self.module, Machine::new(self.module.axes.into()), self.memory(self.module)?));
+        };
+        let file = BenchFile::read(file)?;
+        let memory = self.memory(file.module)?;
+        Ok(file.build(memory))
+    }
+
+    fn memory(&self, module: &Module) -> Result<Eeprom, EepromError> {
+        let size = store_size(module) as usize;
         self.eeprom.as_ref().map_or_else(|| Ok(Eeprom::new(size)), |file| Eeprom::open(file, size))
     }
 
