@@ -89,8 +89,8 @@ impl Axis {
     /// Puts the axis on its hardware: standby current, or none, and the encoder at zero.
     pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, powered: bool, port: &mut A) {
         self.scale_encoder(port);
-        let raw = port.encoder();
-        self.encoder.set_position(0, raw);
+        self.arm_encoder(port);
+        self.set_encoder_position(0, port);
         self.set_power(powered, port);
     }
 }
@@ -108,7 +108,11 @@ impl Axis {
             Ap::HomeSwitch => i32::from(port.switches().home),
             Ap::RightSwitch => i32::from(port.switches().right),
             Ap::LeftSwitch => i32::from(port.switches().left),
-            Ap::EncoderPosition => self.encoder.position(port.encoder()),
+            Ap::EncoderPosition => self.encoder_position(port),
+            Ap::LatchedPosition | Ap::LatchedEncoderPosition => {
+                self.watch_null(port);
+                self.settings.get(id)
+            }
             Ap::ExtendedErrorFlags => core::mem::take(&mut self.errors),
             Ap::LoadValue => i32::from(port.driver().load),
             Ap::DriverErrorFlags => self.driver_flags(port.driver()),
@@ -144,7 +148,7 @@ impl Axis {
                 self.stop_search();
                 self.ramp.set_position(value);
             }
-            Ap::EncoderPosition => self.encoder.set_position(value, port.encoder()),
+            Ap::EncoderPosition => self.set_encoder_position(value, port),
             _ => self.configure(row.id, value, port),
         }
         Ok(())
@@ -166,6 +170,7 @@ impl Axis {
                 self.scale_encoder(port);
                 self.derive();
             }
+            Ap::EncoderMode => self.arm_encoder(port),
             Ap::MaxCurrent | Ap::StandbyCurrent | Ap::BoostCurrent => {
                 self.derive();
                 self.energize(port);
@@ -180,11 +185,6 @@ impl Axis {
 
     fn derive(&mut self) {
         self.derived = self.settings.derive();
-    }
-
-    fn scale_encoder<A: AxisInputs>(&mut self, port: &mut A) {
-        let counts_per_turn = i64::from(self.settings.get(Ap::EncoderResolution));
-        self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
     }
 
     pub(crate) fn group(&self) -> i32 {
@@ -238,7 +238,7 @@ impl Axis {
     pub(crate) fn relative_base<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
         match self.settings.get(Ap::RelativeOption) {
             0 if self.ramp.is_positioning() => self.ramp.target(),
-            2 => self.encoder.position(port.encoder()),
+            2 => self.encoder_position(port),
             _ => self.ramp.position(),
         }
     }
@@ -319,6 +319,7 @@ impl Axis {
             self.ramp.tick();
         }
         self.drive(self.ramp.position().wrapping_sub(before), now, port);
+        self.watch_null(port);
         let mut events = self.watch_load(port);
         if events != Events::default() {
             // It stands now: the time to the standby current begins.

@@ -38,4 +38,4 @@ mod supervision;
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind, Telegram};
 pub use module::Module;
-pub use ports::{AxisInputs, DriverState, Io, Ports, StepperStage, Store, Switches};
+pub use ports::{AxisInputs, DriverState, Io, NullEvent, Ports, StepperStage, Store, Switches};

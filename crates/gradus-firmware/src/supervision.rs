@@ -90,7 +90,7 @@ impl Axis {
             events.stalled = true;
         }
         if derived.max_deviation != 0 {
-            let encoder = self.encoder.position(port.encoder());
+            let encoder = self.encoder_position(port);
             if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation.unsigned_abs() {
                 self.halt();
                 self.ramp.set_position(encoder);
