@@ -6,8 +6,8 @@
 //! Where the manual is silent:
 //! - After a stop switch has opened the motor goes on as it was told to; MST ends that. Until then it is under way, and position
 //!   reached comes when it arrives.
-//! - A deviation from the encoder (axis parameter 212) makes the encoder's position the actual one, so that the next move
-//!   does not fail for the same reason.
+//! - A deviation from the encoder (axis parameters 212, 213) makes the encoder's position the actual one, so that the next
+//!   move does not fail for the same reason.
 //! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
 use gradus_motion::Ramp;
@@ -19,6 +19,7 @@ use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::program::NEVER;
 use crate::reference_search::ReferenceSearch;
 use crate::settings::{Derived, Settings};
+use crate::speed::Speeds;
 
 /// What a tick has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -47,6 +48,9 @@ pub(crate) struct Axis {
     /// The ramp follows an interpolated line.
     pub(crate) led: bool,
     pub(crate) encoder: Encoder,
+    pub(crate) speeds: Speeds,
+    /// Microsteps that the motor has gone, wrapping.
+    pub(crate) travel: i32,
     pub(crate) search: Option<ReferenceSearch>,
     /// A move has been started and its end has not been reported.
     pub(crate) underway: bool,
@@ -70,6 +74,8 @@ impl Axis {
             tick_hz,
             led: false,
             encoder: Encoder::default(),
+            speeds: Speeds::default(),
+            travel: 0,
             search: None,
             underway: false,
             held: false,
@@ -87,10 +93,11 @@ impl Axis {
     }
 
     /// Puts the axis on its hardware: standby current, or none, and the encoder at zero.
-    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, powered: bool, port: &mut A) {
+    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, now: u64, powered: bool, port: &mut A) {
         self.scale_encoder(port);
         self.arm_encoder(port);
         self.set_encoder_position(0, port);
+        self.rest_speeds(now, port);
         self.set_power(powered, port);
     }
 }
@@ -99,7 +106,7 @@ impl Axis {
 impl Axis {
     /// A parameter as GAP reads it.
     #[inline]
-    pub(crate) fn get<A: StepperStage + AxisInputs>(&mut self, id: Ap, port: &mut A) -> i32 {
+    pub(crate) fn get<A: StepperStage + AxisInputs>(&mut self, id: Ap, now: u64, port: &mut A) -> i32 {
         match id {
             Ap::TargetPosition => self.ramp.target(),
             Ap::ActualPosition => self.ramp.position(),
@@ -113,6 +120,8 @@ impl Axis {
                 self.watch_null(port);
                 self.settings.get(id)
             }
+            Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
+            Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => core::mem::take(&mut self.errors),
             Ap::LoadValue => i32::from(port.driver().load),
             Ap::DriverErrorFlags => self.driver_flags(port.driver()),
@@ -320,7 +329,8 @@ impl Axis {
         }
         self.drive(self.ramp.position().wrapping_sub(before), now, port);
         self.watch_null(port);
-        let mut events = self.watch_load(port);
+        self.measure_speeds(now, port);
+        let mut events = self.watch_load(now, port);
         if events != Events::default() {
             // It stands now: the time to the standby current begins.
             self.drive(0, now, port);
@@ -342,6 +352,7 @@ impl Axis {
 
     /// Turns the coil vector by `microsteps`.
     fn drive<A: StepperStage>(&mut self, microsteps: i32, now: u64, port: &mut A) {
+        self.travel = self.travel.wrapping_add(microsteps);
         let steps = microsteps.wrapping_shl(self.derived.phase_shift);
         self.phase = self.phase.wrapping_add(if self.derived.reversed { steps.wrapping_neg() } else { steps });
         if !self.ramp.is_idle() {

@@ -1,4 +1,5 @@
-//! The encoder of an axis: counter in microsteps, null channel (TMCM-3351 manual §6.2, axis parameters 198, 199, 201, 209, 210).
+//! The encoder of an axis: counter in microsteps, null channel, speeds (TMCM-3351 manual §6.2, axis parameters 131, 132, 198,
+//! 199, 201, 209 to 213).
 //!
 //! The null event is latched by the hardware, so that it is exact at any speed; the firmware asks for it in each control
 //! tick, and before it reads the encoder.
@@ -13,6 +14,7 @@ use gradus_tmcl::catalogue::Ap;
 
 use crate::axis::Axis;
 use crate::ports::{AxisInputs, NullEvent};
+use crate::speed::Speeds;
 
 /// Turns encoder counts into microsteps: counts * microsteps a turn / counts a turn, plus an offset that SAP 209 sets.
 #[derive(Clone, Copy, Debug, Default)]
@@ -131,6 +133,40 @@ impl Axis {
             self.encoder.null = None;
             port.watch_null(None);
         }
+    }
+}
+
+// Speeds.
+impl Axis {
+    /// The speeds are 0 from now on.
+    pub(crate) fn rest_speeds<A: AxisInputs>(&mut self, now: u64, port: &mut A) {
+        self.speeds = Speeds::standing(now, port.encoder(), self.travel);
+    }
+
+    /// Takes a sample for the speeds when it is time.
+    #[inline]
+    pub(crate) fn measure_speeds<A: AxisInputs>(&mut self, now: u64, port: &mut A) {
+        if self.speeds.are_due(now) {
+            self.speeds.sample(now, port.encoder(), self.travel, self.derived.speed_filter);
+        }
+    }
+
+    /// Speed of the encoder in pps.
+    pub(crate) fn measured_speed_pps<A: AxisInputs>(&self, now: u64, port: &mut A) -> i32 {
+        self.speeds.now_pps(now, port.encoder(), self.encoder.constant_q32)
+    }
+
+    /// Averaged speed of the encoder in pps.
+    pub(crate) fn mean_speed_pps<A: AxisInputs>(&self, now: u64, port: &mut A) -> i32 {
+        self.speeds.mean_pps(now, port.encoder(), self.encoder.constant_q32, self.derived.speed_filter)
+    }
+
+    /// True if the motor is too far from where the encoder says, or its speed is.
+    pub(crate) fn deviates<A: AxisInputs>(&mut self, port: &mut A) -> bool {
+        let (position, speed_pps) = (self.derived.max_deviation, self.derived.max_speed_deviation_pps);
+        let exceeds = |deviation: i32, limit: i32| deviation.unsigned_abs() > limit.unsigned_abs();
+        position != 0 && exceeds(self.ramp.position().wrapping_sub(self.encoder_position(port)), position)
+            || speed_pps != 0 && exceeds(self.speeds.deviation_pps(self.encoder.constant_q32), speed_pps)
     }
 }
 

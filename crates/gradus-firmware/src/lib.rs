@@ -33,6 +33,7 @@ mod ports;
 mod program;
 mod reference_search;
 mod settings;
+mod speed;
 mod supervision;
 
 pub use eeprom::store_size;

@@ -3,6 +3,8 @@
 use gradus_motion::Limits;
 use gradus_tmcl::catalogue::{Ap, Module};
 
+use crate::speed::LowPass;
+
 /// Values of axis parameters, by meaning.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings([i32; Ap::COUNT]);
@@ -89,6 +91,12 @@ impl Settings {
                 _ => self.linear_stop(),
             },
             max_deviation: get(Ap::MaxEncoderDeviation),
+            max_speed_deviation_pps: get(Ap::MaxSpeedDeviation),
+            speed_filter: LowPass::new(
+                self.unsigned(Ap::EncoderMeanWait),
+                self.unsigned(Ap::EncoderMeanFilter),
+                self.unsigned(Ap::EncoderMeanInterval),
+            ),
             stall_speed_pps: get(Ap::StopOnStall),
         }
     }
@@ -127,6 +135,9 @@ pub(crate) struct Derived {
     pub(crate) virtual_right: Option<i32>,
     pub(crate) virtual_stop: Stop,
     pub(crate) max_deviation: i32,
+    pub(crate) max_speed_deviation_pps: i32,
+    /// Averages the measured speed (axis parameters 136 to 138).
+    pub(crate) speed_filter: LowPass,
     pub(crate) stall_speed_pps: i32,
 }
 

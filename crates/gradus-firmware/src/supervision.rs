@@ -78,7 +78,7 @@ impl Axis {
     }
 
     /// Stall and deviation from the encoder stop the motor at once.
-    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, port: &mut A) -> Events {
+    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, now: u64, port: &mut A) -> Events {
         let mut events = Events::default();
         let derived = self.derived;
         if derived.stall_speed_pps != 0
@@ -89,14 +89,13 @@ impl Axis {
             self.errors |= STALL_ERROR;
             events.stalled = true;
         }
-        if derived.max_deviation != 0 {
+        if self.deviates(port) {
+            self.halt();
             let encoder = self.encoder_position(port);
-            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation.unsigned_abs() {
-                self.halt();
-                self.ramp.set_position(encoder);
-                self.errors |= DEVIATION_ERROR;
-                events.deviated = true;
-            }
+            self.ramp.set_position(encoder);
+            self.rest_speeds(now, port);
+            self.errors |= DEVIATION_ERROR;
+            events.deviated = true;
         }
         events
     }
