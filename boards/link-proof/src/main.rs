@@ -10,7 +10,9 @@ use core::ffi::c_int;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use gradus_firmware::{AxisInputs, DriverState, Io, Link, LinkKind, Module, Ports, StepperStage, Store, Switches};
+use gradus_firmware::{
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches,
+};
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Request, Status};
@@ -62,7 +64,15 @@ impl AxisInputs for Axis {
     }
 
     fn encoder(&mut self) -> i32 {
-        0
+        black_box(0)
+    }
+
+    fn watch_null(&mut self, event: Option<NullEvent>) {
+        black_box(event);
+    }
+
+    fn take_null(&mut self) -> Option<i32> {
+        black_box(None)
     }
 }
 

@@ -6,8 +6,8 @@
 //! Where the manual is silent:
 //! - After a stop switch has opened the motor goes on as it was told to; MST ends that. Until then it is under way, and position
 //!   reached comes when it arrives.
-//! - A deviation from the encoder (axis parameter 212) makes the encoder's position the actual one, so that the next move
-//!   does not fail for the same reason. The target stays: it has not been reached.
+//! - A deviation from the encoder (axis parameters 212, 213) makes the encoder's position the actual one, so that the next
+//!   move does not fail for the same reason. The target stays: it has not been reached.
 //! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
 use gradus_motion::Ramp;
@@ -19,6 +19,7 @@ use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::program::NEVER;
 use crate::reference_search::ReferenceSearch;
 use crate::settings::{Derived, Settings};
+use crate::speed::Speeds;
 
 /// What a tick has found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -47,6 +48,9 @@ pub(crate) struct Axis {
     /// The ramp follows an interpolated line.
     pub(crate) led: bool,
     pub(crate) encoder: Encoder,
+    pub(crate) speeds: Speeds,
+    /// Microsteps that the motor has gone, wrapping.
+    pub(crate) travel: i32,
     pub(crate) search: Option<ReferenceSearch>,
     /// A move to a target has been started and its end has not been reported; no stop ends it.
     pub(crate) underway: bool,
@@ -70,6 +74,8 @@ impl Axis {
             tick_hz,
             led: false,
             encoder: Encoder::default(),
+            speeds: Speeds::default(),
+            travel: 0,
             search: None,
             underway: false,
             held: false,
@@ -87,10 +93,11 @@ impl Axis {
     }
 
     /// Puts the axis on its hardware: standby current, or none, and the encoder at zero.
-    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, powered: bool, port: &mut A) {
+    pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, now: u64, powered: bool, port: &mut A) {
         self.scale_encoder(port);
-        let raw = port.encoder();
-        self.encoder.set_position(0, raw);
+        self.arm_encoder(port);
+        self.set_encoder_position(0, port);
+        self.rest_speeds(now, port);
         self.set_power(powered, port);
     }
 }
@@ -99,7 +106,7 @@ impl Axis {
 impl Axis {
     /// A parameter as GAP reads it.
     #[inline]
-    pub(crate) fn get<A: StepperStage + AxisInputs>(&mut self, id: Ap, port: &mut A) -> i32 {
+    pub(crate) fn get<A: StepperStage + AxisInputs>(&mut self, id: Ap, now: u64, port: &mut A) -> i32 {
         match id {
             Ap::TargetPosition => self.ramp.target(),
             Ap::ActualPosition => self.ramp.position(),
@@ -108,7 +115,13 @@ impl Axis {
             Ap::HomeSwitch => i32::from(port.switches().home),
             Ap::RightSwitch => i32::from(port.switches().right),
             Ap::LeftSwitch => i32::from(port.switches().left),
-            Ap::EncoderPosition => self.encoder.position(port.encoder()),
+            Ap::EncoderPosition => self.encoder_position(port),
+            Ap::LatchedPosition | Ap::LatchedEncoderPosition => {
+                self.watch_null(port);
+                self.settings.get(id)
+            }
+            Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
+            Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => core::mem::take(&mut self.errors),
             Ap::LoadValue => i32::from(port.driver().load),
             Ap::DriverErrorFlags => self.driver_flags(port.driver()),
@@ -144,7 +157,7 @@ impl Axis {
                 self.stop_search();
                 self.ramp.set_position(value);
             }
-            Ap::EncoderPosition => self.encoder.set_position(value, port.encoder()),
+            Ap::EncoderPosition => self.set_encoder_position(value, port),
             _ => self.configure(row.id, value, port),
         }
         Ok(())
@@ -172,6 +185,7 @@ impl Axis {
                 self.scale_encoder(port);
                 self.derive();
             }
+            Ap::EncoderMode => self.arm_encoder(port),
             Ap::MaxCurrent | Ap::StandbyCurrent | Ap::BoostCurrent => {
                 self.derive();
                 self.energize(port);
@@ -186,11 +200,6 @@ impl Axis {
 
     fn derive(&mut self) {
         self.derived = self.settings.derive();
-    }
-
-    fn scale_encoder<A: AxisInputs>(&mut self, port: &mut A) {
-        let counts_per_turn = i64::from(self.settings.get(Ap::EncoderResolution));
-        self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
     }
 
     /// Group index, 0 for none (axis parameter 249).
@@ -245,7 +254,7 @@ impl Axis {
     pub(crate) fn relative_base<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
         match self.settings.get(Ap::RelativeOption) {
             0 if self.underway || self.ramp.is_positioning() => self.ramp.target(),
-            2 => self.encoder.position(port.encoder()),
+            2 => self.encoder_position(port),
             _ => self.ramp.position(),
         }
     }
@@ -330,7 +339,9 @@ impl Axis {
             self.ramp.tick();
         }
         self.drive(self.ramp.position().wrapping_sub(before), now, port);
-        let mut events = self.watch_load(port);
+        self.watch_null(port);
+        self.measure_speeds(now, port);
+        let mut events = self.watch_load(now, port);
         if events != Events::default() {
             // It stands now: the time to the standby current begins.
             self.drive(0, now, port);
@@ -353,6 +364,7 @@ impl Axis {
 
     /// Turns the coil vector by `microsteps`.
     fn drive<A: StepperStage>(&mut self, microsteps: i32, now: u64, port: &mut A) {
+        self.travel = self.travel.wrapping_add(microsteps);
         let steps = microsteps.wrapping_shl(self.derived.phase_shift);
         self.phase = self.phase.wrapping_add(if self.derived.reversed { steps.wrapping_neg() } else { steps });
         if !self.ramp.is_idle() {

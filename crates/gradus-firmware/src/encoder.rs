@@ -1,4 +1,20 @@
-//! The encoder counter of an axis, in microsteps (TMCM-3351 manual §6.2).
+//! The encoder of an axis: counter in microsteps, null channel, speeds (TMCM-3351 manual §6.2, axis parameters 131, 132, 198,
+//! 199, 201, 209 to 213).
+//!
+//! The null event is latched by the hardware, so that it is exact at any speed; the firmware asks for it in each control
+//! tick, and before it reads the encoder.
+//!
+//! Where the manual is silent:
+//! - A null event is where the channels come to their levels, not all the time that they stay there.
+//! - Bits 4 and 5 of the mode together are bit 4. A mode with bit 5 alone is spent after one event until it is written
+//!   again; it still reads as it was written.
+//! - Clearing makes the place of the event position 0. The position of the motor stays.
+
+use gradus_tmcl::catalogue::Ap;
+
+use crate::axis::Axis;
+use crate::ports::{AxisInputs, NullEvent};
+use crate::speed::Speeds;
 
 /// Turns encoder counts into microsteps: counts * microsteps a turn / counts a turn, plus an offset that SAP 209 sets.
 #[derive(Clone, Copy, Debug, Default)]
@@ -8,6 +24,17 @@ pub(crate) struct Encoder {
     /// Microsteps a count, 32 fractional bits; derived when a parameter changes.
     constant_q32: i64,
     offset: i32,
+    /// What the next null event does, `None` if nothing.
+    null: Option<OnNull>,
+}
+
+/// What a null event does besides latching the positions.
+#[derive(Clone, Copy, Debug)]
+struct OnNull {
+    /// Makes the encoder's position there 0.
+    clears: bool,
+    /// Leaves all later events alone.
+    once: bool,
 }
 
 impl Encoder {
@@ -26,11 +53,120 @@ impl Encoder {
         (microsteps as i32).wrapping_add(self.offset)
     }
 
-    /// Makes the position that is read now `position`.
+    /// Makes the position at the counter's value `raw` `position`.
     pub(crate) fn set_position(&mut self, position: i32, raw: i32) {
         self.last = raw;
         self.counts = 0;
         self.offset = position;
+    }
+}
+
+/// Bits of the encoder mode (axis parameter 201).
+const A_HIGH: i32 = 1;
+const B_HIGH: i32 = 1 << 1;
+const N_HIGH: i32 = 1 << 2;
+const IGNORE_AB: i32 = 1 << 3;
+const EVERY: i32 = 1 << 4;
+const NEXT: i32 = 1 << 5;
+const CLEAR: i32 = 1 << 8;
+
+impl OnNull {
+    fn new(mode: i32) -> Option<Self> {
+        (mode & (EVERY | NEXT) != 0).then_some(Self { clears: mode & CLEAR != 0, once: mode & EVERY == 0 })
+    }
+}
+
+fn null_event(mode: i32) -> NullEvent {
+    let ab = (mode & IGNORE_AB == 0).then_some((mode & A_HIGH != 0, mode & B_HIGH != 0));
+    NullEvent { n: mode & N_HIGH != 0, ab }
+}
+
+// The encoder on its axis.
+impl Axis {
+    /// Makes the encoder fit the resolutions of the settings.
+    pub(crate) fn scale_encoder<A: AxisInputs>(&mut self, port: &mut A) {
+        let counts_per_turn = i64::from(self.settings.get(Ap::EncoderResolution));
+        self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
+    }
+
+    /// Waits for null events as the encoder mode says.
+    pub(crate) fn arm_encoder<A: AxisInputs>(&mut self, port: &mut A) {
+        let mode = self.settings.get(Ap::EncoderMode);
+        self.encoder.null = OnNull::new(mode);
+        port.watch_null(self.encoder.null.map(|_| null_event(mode)));
+    }
+
+    /// Position of the encoder in microsteps.
+    pub(crate) fn encoder_position<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
+        self.watch_null(port);
+        self.encoder.position(port.encoder())
+    }
+
+    /// SAP 209.
+    pub(crate) fn set_encoder_position<A: AxisInputs>(&mut self, position: i32, port: &mut A) {
+        self.watch_null(port);
+        self.encoder.set_position(position, port.encoder());
+    }
+
+    /// Looks for a null event, if one is waited for.
+    #[inline]
+    pub(crate) fn watch_null<A: AxisInputs>(&mut self, port: &mut A) {
+        if let Some(action) = self.encoder.null
+            && let Some(raw) = port.take_null()
+        {
+            self.see_null(action, raw, port);
+        }
+    }
+
+    /// A null event has come at the counter's value `raw`.
+    fn see_null<A: AxisInputs>(&mut self, action: OnNull, raw: i32, port: &mut A) {
+        let now = self.encoder.position(port.encoder());
+        let then = self.encoder.position(raw);
+        // The motor has gone on since as far as the encoder has.
+        let since = if self.ramp.is_idle() { 0 } else { now.wrapping_sub(then) };
+        self.settings.set(Ap::LatchedPosition, self.ramp.position().wrapping_sub(since));
+        self.settings.set(Ap::LatchedEncoderPosition, then);
+        if action.clears {
+            self.encoder.set_position(0, raw);
+        }
+        if action.once {
+            self.encoder.null = None;
+            port.watch_null(None);
+        }
+    }
+}
+
+// Speeds.
+impl Axis {
+    /// The speeds are 0 from now on.
+    pub(crate) fn rest_speeds<A: AxisInputs>(&mut self, now: u64, port: &mut A) {
+        self.speeds = Speeds::standing(now, port.encoder(), self.travel);
+    }
+
+    /// Takes a sample for the speeds when it is time.
+    #[inline]
+    pub(crate) fn measure_speeds<A: AxisInputs>(&mut self, now: u64, port: &mut A) {
+        if self.speeds.are_due(now) {
+            self.speeds.sample(now, port.encoder(), self.travel, self.derived.speed_filter);
+        }
+    }
+
+    /// Speed of the encoder in pps.
+    pub(crate) fn measured_speed_pps<A: AxisInputs>(&self, now: u64, port: &mut A) -> i32 {
+        self.speeds.now_pps(now, port.encoder(), self.encoder.constant_q32)
+    }
+
+    /// Averaged speed of the encoder in pps.
+    pub(crate) fn mean_speed_pps<A: AxisInputs>(&self, now: u64, port: &mut A) -> i32 {
+        self.speeds.mean_pps(now, port.encoder(), self.encoder.constant_q32, self.derived.speed_filter)
+    }
+
+    /// True if the motor is too far from where the encoder says, or its speed is.
+    pub(crate) fn deviates<A: AxisInputs>(&mut self, port: &mut A) -> bool {
+        let (position, speed_pps) = (self.derived.max_deviation, self.derived.max_speed_deviation_pps);
+        let exceeds = |deviation: i32, limit: u32| deviation.unsigned_abs() > limit;
+        position != 0 && exceeds(self.ramp.position().wrapping_sub(self.encoder_position(port)), position)
+            || speed_pps != 0 && exceeds(self.speeds.deviation_pps(self.encoder.constant_q32), speed_pps)
     }
 }
 

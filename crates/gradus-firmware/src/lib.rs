@@ -33,9 +33,10 @@ mod ports;
 mod program;
 mod reference_search;
 mod settings;
+mod speed;
 mod supervision;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
 pub use module::Module;
-pub use ports::{AxisInputs, DriverState, Io, Ports, StepperStage, Store, Switches};
+pub use ports::{AxisInputs, DriverState, Io, NullEvent, Ports, StepperStage, Store, Switches};

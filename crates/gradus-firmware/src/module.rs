@@ -97,7 +97,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         for index in 0..self.axis_count() {
             let port = self.ports.axis(index);
             if let Some(axis) = self.axes.get_mut(index) {
-                axis.start(enabled, port);
+                axis.start(self.now, enabled, port);
             }
             self.inputs.switches[index] = port.switches();
         }

@@ -30,7 +30,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         let index = self.axis_index(axis)?;
         let row = self.axis_row(number)?;
         let axis = self.axes.get_mut(index).ok_or(Status::INVALID_VALUE)?;
-        Ok(axis.get(row.id, self.ports.axis(index)))
+        Ok(axis.get(row.id, self.now, self.ports.axis(index)))
     }
 
     /// SAP.
@@ -56,7 +56,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     pub(crate) fn get_id(&mut self, axis: u8, id: Ap) -> Result<i32, Status> {
         let index = self.axis_index(axis)?;
         let axis = self.axes.get_mut(index).ok_or(Status::INVALID_VALUE)?;
-        Ok(axis.get(id, self.ports.axis(index)))
+        Ok(axis.get(id, self.now, self.ports.axis(index)))
     }
 
     /// ROR (`sign` 1), ROL (-1) and MST (speed 0).

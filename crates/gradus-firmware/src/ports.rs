@@ -49,6 +49,21 @@ pub trait AxisInputs {
 
     /// Encoder counter in counts (four a line), wrapping.
     fn encoder(&mut self) -> i32;
+
+    /// What a null event is from now on; `None`: nobody asks for one. An event that has not been taken is forgotten.
+    fn watch_null(&mut self, event: Option<NullEvent>);
+
+    /// The counter's value where the latest null event began, if one has come since the last call.
+    fn take_null(&mut self) -> Option<i32>;
+}
+
+/// When an encoder's null channel counts. The event begins where the channels come to these levels; true is high.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NullEvent {
+    /// Level of the null channel N.
+    pub n: bool,
+    /// Levels of the channels A and B, `None` if any will do.
+    pub ab: Option<(bool, bool)>,
 }
 
 /// Levels of the switch inputs of an axis; true is high.

@@ -3,6 +3,8 @@
 use gradus_motion::{Gains, Limits};
 use gradus_tmcl::catalogue::{Ap, Module};
 
+use crate::speed::LowPass;
+
 /// Values of axis parameters, by meaning.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings([i32; Ap::COUNT]);
@@ -102,6 +104,12 @@ impl Settings {
                 _ => self.linear_stop(),
             },
             max_deviation: self.unsigned(Ap::MaxEncoderDeviation),
+            max_speed_deviation_pps: self.unsigned(Ap::MaxSpeedDeviation),
+            speed_filter: LowPass::new(
+                self.unsigned(Ap::EncoderMeanWait),
+                self.unsigned(Ap::EncoderMeanFilter),
+                self.unsigned(Ap::EncoderMeanInterval),
+            ),
             stall_speed_pps: self.unsigned(Ap::StopOnStall),
         }
     }
@@ -141,6 +149,10 @@ pub(crate) struct Derived {
     pub(crate) virtual_stop: Stop,
     /// In microsteps, 0 for off (axis parameter 212).
     pub(crate) max_deviation: u32,
+    /// 0 for off (axis parameter 213).
+    pub(crate) max_speed_deviation_pps: u32,
+    /// Averages the measured speed (axis parameters 136 to 138).
+    pub(crate) speed_filter: LowPass,
     /// A stall stops the motor above this speed, 0 for off (axis parameter 181).
     pub(crate) stall_speed_pps: u32,
 }

@@ -78,7 +78,7 @@ impl Axis {
     }
 
     /// Stall and deviation from the encoder stop the motor at once.
-    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, port: &mut A) -> Events {
+    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, now: u64, port: &mut A) -> Events {
         let mut events = Events::default();
         let derived = self.derived;
         if derived.stall_speed_pps != 0
@@ -89,16 +89,14 @@ impl Axis {
             self.errors |= STALL_ERROR;
             events.stalled = true;
         }
-        if derived.max_deviation != 0 {
-            let encoder = self.encoder.position(port.encoder());
-            if self.ramp.position().wrapping_sub(encoder).unsigned_abs() > derived.max_deviation {
-                let target = self.ramp.target();
-                self.halt();
-                self.ramp.set_position(encoder);
-                self.ramp.set_target(target);
-                self.errors |= DEVIATION_ERROR;
-                events.deviated = true;
-            }
+        if self.deviates(port) {
+            let (target, encoder) = (self.ramp.target(), self.encoder_position(port));
+            self.halt();
+            self.ramp.set_position(encoder);
+            self.ramp.set_target(target);
+            self.rest_speeds(now, port);
+            self.errors |= DEVIATION_ERROR;
+            events.deviated = true;
         }
         events
     }

@@ -1,6 +1,7 @@
 //! Rigid axis: the rotor is where the coil vector points.
 
-use crate::{Encoder, Switch, Travel};
+use crate::encoder::NullLatch;
+use crate::{Encoder, NullEvent, Switch, Travel};
 
 /// Microsteps in a full step of the motor.
 pub const MICROSTEPS_PER_FULL_STEP: u32 = 256;
@@ -19,6 +20,7 @@ pub struct RigidAxis {
     held_at: Option<i32>,
     full_steps_per_turn: u32,
     forced: [Option<bool>; Switch::ALL.len()],
+    null: Option<NullLatch>,
     /// Where the switches stand.
     pub travel: Travel,
     /// The encoder on the shaft, if there is one.
@@ -33,6 +35,7 @@ impl RigidAxis {
             held_at: None,
             full_steps_per_turn,
             forced: [None; Switch::ALL.len()],
+            null: None,
             travel: Travel::default(),
             encoder: Some(Encoder::default()),
         }
@@ -98,7 +101,23 @@ impl RigidAxis {
     /// Counter of the encoder, wrapping; 0 for ever without one.
     #[inline]
     pub fn encoder_count(&self) -> i32 {
-        self.encoder.map_or(0, |encoder| encoder.count(self.position, self.microsteps_per_turn()))
+        self.count_from_zero() as i32
+    }
+
+    fn count_from_zero(&self) -> i64 {
+        self.encoder.map_or(0, |encoder| encoder.count_from_zero(self.position, self.microsteps_per_turn()))
+    }
+
+    /// What a null event of the encoder is from now on, `None` if nobody asks for one.
+    pub fn watch_null(&mut self, event: Option<NullEvent>) {
+        self.null = event.map(|event| NullLatch::new(event, self.count_from_zero()));
+    }
+
+    /// Counter of the encoder where the latest null event has begun, if there was one since the last call.
+    pub fn take_null(&mut self) -> Option<i32> {
+        let count = self.count_from_zero();
+        let latched = self.null.as_mut()?.take(&self.encoder?, count)?;
+        Some(latched as i32)
     }
 }
 
@@ -165,6 +184,22 @@ mod tests {
         assert_eq!(axis.encoder_count(), 4096);
         axis.encoder = None;
         assert_eq!(axis.encoder_count(), 0);
+    }
+
+    #[test]
+    fn null_event_is_latched_between_two_vectors() {
+        let mut axis = axis_after(&[(0, 9)]);
+        axis.encoder = Some(Encoder { index: Some(100), ..Encoder::default() });
+        axis.watch_null(Some(NullEvent { n: true, ab: None }));
+        for (phase, expected) in
+            [(1_000, None), (1_300, Some(100)), (1_400, None), (51_200, None), (60_000, Some(4_196))]
+        {
+            axis.set_coils(phase, 9);
+            assert_eq!(axis.take_null(), expected, "at {phase}");
+        }
+        axis.watch_null(None);
+        axis.set_coils(0, 9);
+        assert_eq!(axis.take_null(), None, "nobody asks");
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! full_steps = 200                         # of a turn; this is the default
 //! travel_per_turn = 5.0                    # lead of the screw in mm, so that all lengths are in mm; 1 if left out: turns
 //! start = 42.0                             # where the carriage stands when the bench is built; 0 if left out
-//! encoder = { counts_per_turn = 4096 }
+//! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel
 //!
 //! [axis.0.travel]
 //! left = { at = 0.0 }                      # closed here and further left
@@ -156,6 +156,8 @@ struct HomeTable {
 struct EncoderTable {
     #[serde(deserialize_with = "counts")]
     counts_per_turn: u32,
+    /// Without one there is no null channel.
+    index: Option<u32>,
 }
 
 #[derive(Deserialize)]
@@ -218,9 +220,15 @@ impl AxisTable {
             right: self.travel.right.as_ref().map(|end| microsteps(end.at)),
             home: self.travel.home.as_ref().map(home),
         };
-        plant.encoder = self.encoder.as_ref().map(|table| Encoder { counts_per_turn: table.counts_per_turn });
+        plant.encoder = self.encoder.as_ref().map(EncoderTable::build);
         plant.place(start);
         MachineAxis { plant }
+    }
+}
+
+impl EncoderTable {
+    fn build(&self) -> Encoder {
+        Encoder { counts_per_turn: self.counts_per_turn, index: self.index, slip: 0 }
     }
 }
 
@@ -319,6 +327,13 @@ mod tests {
         let mut axis = axis("[axis.0]\nencoder = { counts_per_turn = 10_000 }");
         axis.place(25_600);
         assert_eq!(axis.encoder_count(), 5000);
+    }
+
+    #[test]
+    fn encoder_has_a_null_channel_if_the_file_names_its_count() {
+        let index = |text: &str| axis(text).encoder.and_then(|encoder| encoder.index);
+        assert_eq!(index("[axis.0]\nencoder = { counts_per_turn = 4096, index = 7 }"), Some(7));
+        assert_eq!(index("[axis.0]\nencoder = { counts_per_turn = 4096 }"), None);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The hardware of a simulated module: plants behind the ports of the firmware.
 
-use gradus_firmware::{AxisInputs, DriverState, Ports, StepperStage, Switches};
+use gradus_firmware::{AxisInputs, DriverState, NullEvent, Ports, StepperStage, Switches};
 use gradus_plant::{RigidAxis, Switch};
 
 use crate::MachineIo;
@@ -35,6 +35,15 @@ impl AxisInputs for MachineAxis {
     #[inline]
     fn encoder(&mut self) -> i32 {
         self.plant.encoder_count()
+    }
+
+    fn watch_null(&mut self, event: Option<NullEvent>) {
+        self.plant.watch_null(event.map(|NullEvent { n, ab }| gradus_plant::NullEvent { n, ab }));
+    }
+
+    #[inline]
+    fn take_null(&mut self) -> Option<i32> {
+        self.plant.take_null()
     }
 }
 

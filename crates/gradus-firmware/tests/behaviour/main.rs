@@ -5,6 +5,7 @@ mod control;
 mod coordinates;
 mod datagrams;
 mod eeprom;
+mod encoder;
 mod events;
 mod interrupts;
 mod motion;

@@ -4,7 +4,7 @@
 //! commands between semicolons; both go through real nine-byte datagrams.
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, Ports, StepperStage, Store, Switches, store_size,
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
@@ -21,6 +21,10 @@ pub struct Stage {
     pub encoder: i32,
     /// The encoder counts with the phase, 4096 counts in 51200 microsteps.
     pub coupled: bool,
+    /// The null event that the module waits for.
+    pub null_event: Option<NullEvent>,
+    /// Counter at a null event that the module has not taken.
+    pub null: Option<i32>,
     pub driver: DriverState,
 }
 
@@ -47,6 +51,14 @@ impl AxisInputs for Stage {
 
     fn encoder(&mut self) -> i32 {
         self.encoder
+    }
+
+    fn watch_null(&mut self, event: Option<NullEvent>) {
+        (self.null_event, self.null) = (event, None);
+    }
+
+    fn take_null(&mut self) -> Option<i32> {
+        self.null.take()
     }
 }
 
@@ -451,6 +463,7 @@ pub fn fuzz_datagrams(data: &[u8]) {
                 let stage = bench.stage(usize::from(levels % 3));
                 stage.switches = Switches { left: levels & 4 != 0, right: levels & 8 != 0, home: levels & 16 != 0 };
                 stage.driver.flags = levels >> 5;
+                stage.null = (levels & 32 != 0).then_some(i32::from(levels));
                 stage.coupled = levels & 128 != 0;
             }
             12 if action > 200 => bench.board().enable = next() & 1 != 0,

@@ -3,7 +3,7 @@
 use core::ops::RangeInclusive;
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, Ports, StepperStage, Store, Switches, store_size,
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -102,6 +102,12 @@ impl AxisInputs for Slide {
 
     fn encoder(&mut self) -> i32 {
         (i64::from(self.position()) * 4_096).div_euclid(51_200) as i32
+    }
+
+    fn watch_null(&mut self, _event: Option<NullEvent>) {}
+
+    fn take_null(&mut self) -> Option<i32> {
+        None
     }
 }
 
