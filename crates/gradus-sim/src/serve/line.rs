@@ -104,6 +104,8 @@ impl Line {
         match rustix::io::read(self.as_fd(), &mut buffer) {
             Ok(0) => self.fail(),
             Ok(len) => {
+                // Who writes has come before: seen only now, the arrival would throw away the reply.
+                self.check_visitors(bench);
                 self.resynchronise(wall);
                 self.heard = (len < READ_LEN).then_some(wall);
                 self.offer(&buffer[..len], bench);
