@@ -26,7 +26,7 @@ def test_axis_parameters_keep_what_was_written(module):
         motor.linear_ramp.max_acceleration = 400_000 + current
     for motor, current in zip(module.motors, [50, 100, 150]):
         assert motor.get_axis_parameter(motor.AP.RunCurrent) == current
-        # The getter of the class gives back None, whatever the module says.
+        # The class's own getter asks for a parameter that this module does not name, and gives back None.
         assert motor.get_axis_parameter(motor.AP.StandbyCurrent) == 8
         assert motor.linear_ramp.max_velocity == 200_000 + current
         assert motor.linear_ramp.max_acceleration == 400_000 + current
