@@ -102,11 +102,27 @@ fn compare<P: Read + Write>(transport: &str, mut bare: P, mut command: P) {
     );
 }
 
+/// Keeps this process on one processor: where the scheduler puts the two ends decides more than what they do.
+#[cfg(target_os = "linux")]
+fn stay_on_one_processor() {
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+    let allowed = sched_getaffinity(None).expect("a process may ask that");
+    let mut one = CpuSet::new();
+    if let Some(first) = (0..CpuSet::MAX_CPU).find(|processor| allowed.is_set(*processor)) {
+        one.set(first);
+        sched_setaffinity(None, &one).expect("it is one of ours");
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn stay_on_one_processor() {}
+
 fn main() {
     // `cargo test` starts benchmarks too, to see that they run; it does not pass `--bench`.
     if !std::env::args().any(|argument| argument == "--bench") {
         return;
     }
+    stay_on_one_processor();
     if let Endpoint::Tcp(address) = serve(Endpoint::Tcp("127.0.0.1:0".parse().expect("an address"))) {
         compare("TCP", echo_over_tcp(), connect(address));
     }
