@@ -92,11 +92,11 @@ impl Session {
     ///
     /// ```
     /// use gradus_host::Session;
-    /// use gradus_sim::{BenchFile, Eeprom, store_size};
+    /// use gradus_sim::{BenchFile, Eeprom};
     /// use gradus_tmcl::catalogue::Ap;
     ///
     /// let file = BenchFile::parse("module = 'tmcm-3351'\naxis.0 = { start = -1, travel.left.at = 0 }")?;
-    /// let memory = Eeprom::new(store_size(file.module) as usize);
+    /// let memory = Eeprom::of(file.module);
     /// let mut session = Session::on_bench(file.build(memory))?;
     /// assert_eq!(session.get_axis(Ap::LeftSwitch, 0)?, 1);
     /// # Ok::<(), Box<dyn std::error::Error>>(())

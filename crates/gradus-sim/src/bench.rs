@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use gradus_firmware::{Link, LinkKind, Module, store_size};
+use gradus_firmware::{Link, LinkKind, Module};
 use gradus_tmcl::catalogue::{self, Ap, TMCM_3351};
 
 use crate::console::Change;
@@ -56,8 +56,7 @@ impl Bench {
 
     /// A module with an erased EEPROM on a machine of rigid axes without switches.
     pub fn with_defaults(catalogue: &'static catalogue::Module) -> Self {
-        let eeprom = Eeprom::new(store_size(catalogue) as usize);
-        Self::new(catalogue, Machine::new(catalogue.axes.into()), eeprom)
+        Self::new(catalogue, Machine::new(catalogue.axes.into()), Eeprom::of(catalogue))
     }
 
     /// The module's tables.

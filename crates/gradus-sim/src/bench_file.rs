@@ -266,7 +266,7 @@ fn choose(key: &Spanned<String>, mut numbers: impl Iterator<Item = u8> + Clone, 
 
 #[cfg(test)]
 mod tests {
-    use gradus_firmware::{Io, store_size};
+    use gradus_firmware::Io;
     use gradus_plant::Switch;
     use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 
@@ -348,7 +348,7 @@ mod tests {
     fn events_happen_at_their_time() {
         let text = "module = \"tmcm-3351\"\n\
             [[event]]\nat = 2.5\ndo = \"switch 0 home 0\"\n[[event]]\nat = 1\ndo = \"switch 0 home 1\"";
-        let mut bench = parsed(text).build(Eeprom::new(store_size(&TMCM_3351) as usize));
+        let mut bench = parsed(text).build(Eeprom::of(&TMCM_3351));
         let levels = [999_999, 1_000_000, 2_499_999, 2_500_000].map(|time_us| {
             bench.run_until(time_us);
             bench.axis_parameter(0, Ap::HomeSwitch)

@@ -4,7 +4,8 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use gradus_firmware::Store;
+use gradus_firmware::{Store, store_size};
+use gradus_tmcl::catalogue::Module;
 
 /// What can go wrong with an EEPROM file.
 #[derive(Debug, thiserror::Error)]
@@ -40,9 +41,17 @@ struct Backing {
     failure: Option<io::Error>,
 }
 
+fn size_for(module: &Module) -> usize {
+    store_size(module) as usize
+}
+
 impl Eeprom {
-    /// An erased EEPROM in memory.
-    pub fn new(size: usize) -> Self {
+    /// An erased EEPROM in memory, as large as the module needs.
+    pub fn of(module: &Module) -> Self {
+        Self::new(size_for(module))
+    }
+
+    pub(crate) fn new(size: usize) -> Self {
         Self::with_cells(vec![0xff; size])
     }
 
@@ -51,11 +60,15 @@ impl Eeprom {
         Self { writes: vec![0; cells.len()], cells, writes_left: None, file: None }
     }
 
-    /// The EEPROM in a file, which is created if it does not exist. No other process can open it meanwhile.
+    /// The module's EEPROM in a file, which is created if it does not exist. No other process can open it meanwhile.
     ///
     /// # Errors
     /// When the file cannot be opened, is in use, or has another size.
-    pub fn open(path: &Path, size: usize) -> Result<Self, EepromError> {
+    pub fn open(path: &Path, module: &Module) -> Result<Self, EepromError> {
+        Self::open_file(path, size_for(module))
+    }
+
+    fn open_file(path: &Path, size: usize) -> Result<Self, EepromError> {
         let mut file = open_locked(path)?;
         let cells = read_cells(&mut file, path, size)?;
         let backing = Backing { file, path: path.to_owned(), failure: None };
@@ -237,20 +250,20 @@ pub(crate) mod tests {
     fn file_holds_a_byte_as_soon_as_it_is_written() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("eeprom");
-        let mut eeprom = Eeprom::open(&path, 8).unwrap();
+        let mut eeprom = Eeprom::open_file(&path, 8).unwrap();
         eeprom.write(3, 0x42);
         assert_eq!(std::fs::read(&path).unwrap(), [0, 0, 0, 0x42, 0, 0, 0, 0]);
         eeprom.sync().unwrap();
         drop(eeprom);
-        assert_eq!(read(&mut Eeprom::open(&path, 8).unwrap(), 3), [0x42, 0]);
+        assert_eq!(read(&mut Eeprom::open_file(&path, 8).unwrap(), 3), [0x42, 0]);
     }
 
     #[test]
     fn second_simulator_cannot_open_the_file() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("eeprom");
-        let _first = Eeprom::open(&path, 8).unwrap();
-        assert!(matches!(Eeprom::open(&path, 8), Err(EepromError::InUse { .. })));
+        let _first = Eeprom::open_file(&path, 8).unwrap();
+        assert!(matches!(Eeprom::open_file(&path, 8), Err(EepromError::InUse { .. })));
     }
 
     #[test]
@@ -258,14 +271,14 @@ pub(crate) mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notes.txt");
         std::fs::write(&path, "dear diary").unwrap();
-        let error = Eeprom::open(&path, 8).unwrap_err();
+        let error = Eeprom::open_file(&path, 8).unwrap_err();
         assert!(matches!(error, EepromError::Size { found: 10, expected: 8, .. }), "{error}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "dear diary");
     }
 
     #[test]
     fn missing_folder_is_named() {
-        let error = Eeprom::open(Path::new("/does/not/exist/eeprom"), 8).unwrap_err();
+        let error = Eeprom::open_file(Path::new("/does/not/exist/eeprom"), 8).unwrap_err();
         assert_eq!(error.to_string(), "cannot open the EEPROM file /does/not/exist/eeprom");
     }
 }

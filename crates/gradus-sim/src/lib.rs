@@ -23,7 +23,7 @@ mod serve;
 pub use bench::{Bench, Firmware, VIRTUAL_MODULES};
 pub use bench_file::{BenchFile, BenchFileError};
 pub use eeprom::{Eeprom, EepromError};
-pub use gradus_firmware::{Link, LinkKind, store_size};
+pub use gradus_firmware::{Link, LinkKind};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use problem::Problem;

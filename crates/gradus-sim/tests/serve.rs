@@ -10,7 +10,6 @@ use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use gradus_firmware::store_size;
 use gradus_sim::{Bench, Console, Eeprom, Endpoint, Machine, Options, ServeError, Server, Speed, Stopper};
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -361,8 +360,7 @@ fn at_full_speed_a_minute_passes_at_once() {
 fn acknowledged_value_is_in_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("eeprom");
-    let size = store_size(&TMCM_3351) as usize;
-    let bench = Bench::new(&TMCM_3351, Machine::new(3), Eeprom::open(&path, size).unwrap());
+    let bench = Bench::new(&TMCM_3351, Machine::new(3), Eeprom::open(&path, &TMCM_3351).unwrap());
     let served = Served::bench(bench, Speed::default(), None);
     let mut host = served.tcp();
     for value in 0..50 {

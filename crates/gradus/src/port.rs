@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::{Session, Url};
-use gradus_sim::{BenchFile, Eeprom, store_size};
+use gradus_sim::{BenchFile, Eeprom};
 use gradus_tmcl::catalogue::Module;
 
 /// Where the module is.
@@ -26,7 +26,7 @@ impl Port {
     pub fn open(&self) -> anyhow::Result<Session> {
         let Some(file) = &self.bench else { return Ok(Session::open(&self.port)?) };
         let file = BenchFile::read(file)?;
-        let memory = Eeprom::new(store_size(file.module) as usize);
+        let memory = Eeprom::of(file.module);
         Ok(Session::on_bench(file.build(memory))?)
     }
 }

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 
 use gradus_asm::{Options, assemble};
-use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind, console, store_size};
+use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind, console};
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request};
 
@@ -374,7 +374,7 @@ fn examples_do_what_they_say() {
 /// An example of `benches/` running on its machine.
 fn rig_on(machine: &str, example: &str) -> Rig {
     let file = BenchFile::read(Path::new(&format!("{EXAMPLES}/benches/{machine}.toml"))).unwrap();
-    Rig::on(file.build(Eeprom::new(store_size(&TMCM_3351) as usize)), &assembled(&format!("benches/{example}")))
+    Rig::on(file.build(Eeprom::of(&TMCM_3351)), &assembled(&format!("benches/{example}")))
 }
 
 /// Place of the carriage on axis 0 in the unit of a bench that moves so far in a turn.

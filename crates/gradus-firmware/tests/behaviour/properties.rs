@@ -14,6 +14,18 @@ fn any_instruction() -> impl Strategy<Value = Instruction> {
         .prop_map(|(opcode, kind, motor, value)| Instruction::new(Opcode(opcode), kind, motor, value))
 }
 
+/// A module that runs these instructions, without those that control the download.
+fn running(program: &[Instruction]) -> Bench {
+    let mut bench = Bench::new();
+    bench.control(132, 0, 0);
+    for instruction in program.iter().filter(|instruction| instruction.opcode.0 < 128) {
+        bench.send(*instruction);
+    }
+    bench.control(133, 0, 0);
+    bench.control(129, 0, 0);
+    bench
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
 
@@ -41,13 +53,7 @@ proptest! {
         program in prop::collection::vec(any_instruction(), 1..40),
         steps in prop::collection::vec(0..30_000_u64, 1..20),
     ) {
-        let mut bench = Bench::new();
-        bench.control(132, 0, 0);
-        for instruction in program.iter().filter(|instruction| instruction.opcode.0 < 128) {
-            bench.send(*instruction);
-        }
-        bench.control(133, 0, 0);
-        bench.control(129, 0, 0);
+        let mut bench = running(&program);
         for (i, step) in steps.into_iter().enumerate() {
             bench.board().inputs = i as u8;
             bench.advance_us(step);
@@ -77,13 +83,7 @@ proptest! {
         cuts in prop::collection::vec(0..200_000_u64, 0..40),
     ) {
         let run = |cuts: &[u64]| {
-            let mut bench = Bench::new();
-            bench.control(132, 0, 0);
-            for instruction in program.iter().filter(|instruction| instruction.opcode.0 < 128) {
-                bench.send(*instruction);
-            }
-            bench.control(133, 0, 0);
-            bench.control(129, 0, 0);
+            let mut bench = running(&program);
             for cut in cuts {
                 bench.advance_us(cut - bench.now);
             }

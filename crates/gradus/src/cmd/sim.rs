@@ -4,7 +4,6 @@ use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
-use gradus_firmware::store_size;
 use gradus_host::VIRTUAL_MODULES;
 use gradus_sim::{
     Bench, BenchFile, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options, ServeError, Server,
@@ -88,8 +87,7 @@ impl Sim {
     }
 
     fn memory(&self, module: &Module) -> Result<Eeprom, EepromError> {
-        let size = store_size(module) as usize;
-        self.eeprom.as_ref().map_or_else(|| Ok(Eeprom::new(size)), |file| Eeprom::open(file, size))
+        self.eeprom.as_ref().map_or_else(|| Ok(Eeprom::of(module)), |file| Eeprom::open(file, module))
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
