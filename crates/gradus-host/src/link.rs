@@ -3,6 +3,8 @@
 use std::io;
 use std::time::Duration;
 
+use gradus_sim::Bench;
+
 /// A stream of bytes to a module, with the clock that belongs to it.
 ///
 /// On a virtual module the clock is virtual: waiting costs no real time.
@@ -28,6 +30,11 @@ pub trait Link: Send {
 
     /// What to check when no module answers, as the end of a sentence.
     fn what_to_check(&self) -> &'static str;
+
+    /// The bench at the other end, where that is one in this process: what only a simulated machine knows can be looked at.
+    fn bench(&mut self) -> Option<&mut Bench> {
+        None
+    }
 }
 
 /// What `receive` makes of a read from a file or a socket: no bytes in time is 0, the end of the stream an error.

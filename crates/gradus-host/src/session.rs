@@ -238,6 +238,12 @@ impl Session {
         self.link.sleep(time);
     }
 
+    /// The bench of a virtual module in this process, to look at its machine; `None` for every other module. Whoever moves
+    /// its time moves that of the session.
+    pub fn bench(&mut self) -> Option<&mut Bench> {
+        self.link.bench()
+    }
+
     /// Name of the port, for messages.
     pub fn port(&self) -> &str {
         &self.port

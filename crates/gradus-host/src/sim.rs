@@ -80,6 +80,10 @@ impl Link for SimLink {
     fn what_to_check(&self) -> &'static str {
         "the address (?address=N)"
     }
+
+    fn bench(&mut self) -> Option<&mut Bench> {
+        Some(&mut self.bench)
+    }
 }
 
 fn microseconds(time: Duration) -> u64 {

@@ -172,3 +172,13 @@ fn reaching_a_position_is_an_event() {
     assert!(polls > 10, "{polls}");
     assert_eq!(session.get_axis(Ap::ActualPosition, 2).unwrap(), 20000);
 }
+
+#[test]
+fn the_machine_of_a_virtual_module_can_be_looked_at_and_worked() {
+    let mut session = session();
+    session.sleep(SECOND);
+    let bench = session.bench().unwrap();
+    assert_eq!(bench.now(), 1_000_000);
+    bench.machine().io.set_input(3, true);
+    assert_eq!(session.command(Instruction::new(Opcode::GIO, 3, 0, 0)).unwrap(), 1);
+}
