@@ -15,6 +15,7 @@ mod datagram;
 mod framer;
 mod instruction;
 mod operand;
+pub mod slcan;
 mod status;
 mod text;
 
