@@ -11,7 +11,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches,
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
 };
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::catalogue::TMCM_3351;
@@ -31,6 +31,7 @@ struct Pins;
 struct Erased;
 
 impl Ports for Board {
+    type Axes = Steppers;
     type Axis = Axis;
     type Io = Pins;
 

@@ -14,23 +14,13 @@ use gradus_motion::Ramp;
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 
+use crate::axes::Events;
 use crate::encoder::Encoder;
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::program::NEVER;
 use crate::reference_search::ReferenceSearch;
 use crate::settings::{Derived, Settings};
 use crate::speed::Speeds;
-
-/// What a tick has found.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(crate) struct Events {
-    /// The target of a move is reached.
-    pub(crate) arrived: bool,
-    /// A stall has stopped the motor.
-    pub(crate) stalled: bool,
-    /// A deviation from the encoder has stopped the motor.
-    pub(crate) deviated: bool,
-}
 
 /// Bit of axis parameter 208.
 const STANDSTILL: i32 = 1 << 7;

@@ -3,6 +3,7 @@
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::Gp;
 
+use crate::axes::Axes;
 use crate::eeprom::Key;
 use crate::module::{MAX_AXES, Module};
 use crate::ports::{Ports, Store};
@@ -98,6 +99,6 @@ impl<P: Ports, S: Store> Module<P, S> {
         if number >= self.catalogue.coordinates {
             return Err(Status::WRONG_TYPE);
         }
-        self.coordinates.get_mut(axis).and_then(|row| row.get_mut(usize::from(number))).ok_or(Status::WRONG_TYPE)
+        self.axes.coordinate_mut(number, axis).ok_or(Status::WRONG_TYPE)
     }
 }

@@ -5,11 +5,12 @@
 use gradus_tmcl::catalogue::Mode;
 use gradus_tmcl::{Instruction, Opcode, Status, WaitFor};
 
+use crate::axes::Axes;
 use crate::coordinates::EEPROM;
 use crate::cpu::{Exit, Flags};
 use crate::interrupts::Context;
 use crate::module::Module;
-use crate::ports::{AxisInputs, Ports, Store};
+use crate::ports::{Ports, Store};
 use crate::program::{NEVER, State};
 
 /// A WAIT that has begun.
@@ -180,15 +181,12 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     fn holds(&mut self, wait: &Wait) -> bool {
-        let port = self.ports.axis(wait.axis);
-        match (wait.condition, self.axes.get(wait.axis)) {
-            (WaitFor::POS, Some(axis)) => axis.is_reached(),
-            (WaitFor::REFSW, _) => port.switches().home,
-            (WaitFor::LIMSW, _) => {
-                let switches = port.switches();
-                switches.left || switches.right
-            }
-            (WaitFor::RFS, Some(axis)) => !axis.is_searching(),
+        let switches = self.axes.switches(wait.axis, &mut self.ports);
+        match wait.condition {
+            WaitFor::POS => self.axes.is_reached(wait.axis),
+            WaitFor::REFSW => switches.home,
+            WaitFor::LIMSW => switches.left || switches.right,
+            WaitFor::RFS => !self.axes.is_searching(wait.axis),
             _ => false,
         }
     }

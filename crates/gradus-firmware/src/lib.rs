@@ -14,6 +14,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod axes;
 mod axis;
 mod coordinates;
 mod cpu;
@@ -34,9 +35,11 @@ mod program;
 mod reference_search;
 mod settings;
 mod speed;
+mod steppers;
 mod supervision;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{AxisInputs, DriverState, Io, NullEvent, Ports, StepperStage, Store, Switches};
+pub use steppers::Steppers;

@@ -1,11 +1,9 @@
 //! A module: links at one side, hardware at the other, time as an argument.
 
-use gradus_motion::Line;
 use gradus_tmcl::catalogue::{self, Ap, Gp};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 
-use crate::axis::Axis;
-use crate::coordinates::{Coordinates, NO_COORDINATES};
+use crate::axes::Axes;
 use crate::cpu::Variables;
 use crate::eeprom::Eeprom;
 use crate::events::PositionEvents;
@@ -14,7 +12,7 @@ use crate::heartbeat::Heartbeats;
 use crate::interrupts::Interrupts;
 use crate::io::Outputs;
 use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
-use crate::ports::{AxisInputs, Io, Ports, Store, Switches};
+use crate::ports::{Io, Ports, Store, Switches};
 use crate::program::{NEVER, Program, State};
 
 /// Axes of the largest module.
@@ -33,16 +31,14 @@ pub(crate) struct Inputs {
 /// The caller hands in time as microseconds since power-on: [`poll`](Self::poll) first, then
 /// [`receive`](Self::receive) and [`transmit`](Self::transmit). Nothing in here reads a clock, allocates or panics.
 #[derive(Debug)]
-pub struct Module<P, S> {
+pub struct Module<P: Ports, S> {
     pub(crate) catalogue: &'static catalogue::Module,
     pub(crate) ports: P,
     pub(crate) eeprom: Eeprom<S>,
     pub(crate) now: u64,
     /// When the next control tick is due; never while all axes rest.
     pub(crate) tick_at_us: u64,
-    pub(crate) axes: [Axis; MAX_AXES],
-    pub(crate) line: Option<Line<MAX_AXES>>,
-    pub(crate) coordinates: Coordinates,
+    pub(crate) axes: P::Axes,
     pub(crate) globals: Globals,
     pub(crate) variables: Variables,
     pub(crate) program: Program,
@@ -67,9 +63,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             eeprom: Eeprom::new(catalogue, store),
             now: 0,
             tick_at_us: NEVER,
-            axes: core::array::from_fn(|_| Axis::new(catalogue)),
-            line: None,
-            coordinates: NO_COORDINATES,
+            axes: P::Axes::new(catalogue),
             globals: Globals::factory(catalogue),
             variables: [0; 256],
             program: Program::new(catalogue.program_len),
@@ -95,11 +89,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         let enabled = self.ports.io().enable();
         self.inputs = Inputs { enabled, levels: self.ports.io().inputs(), ..Inputs::default() };
         for index in 0..self.axis_count() {
-            let port = self.ports.axis(index);
-            if let Some(axis) = self.axes.get_mut(index) {
-                axis.start(self.now, enabled, port);
+            self.axes.start(index, self.now, enabled, &mut self.ports);
+            let switches = self.axes.switches(index, &mut self.ports);
+            if let Some(seen) = self.inputs.switches.get_mut(index) {
+                *seen = switches;
             }
-            self.inputs.switches[index] = port.switches();
         }
         if self.globals.get(Gp::AutoStart) != 0 {
             self.start_program(State::Run);
@@ -110,11 +104,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     fn restart(&mut self) {
         let catalogue = self.catalogue;
         self.tick_at_us = NEVER;
-        for axis in &mut self.axes {
-            axis.restart(catalogue);
-        }
-        self.line = None;
-        self.coordinates = NO_COORDINATES;
+        self.axes.restart();
         self.globals = Globals::factory(catalogue);
         self.variables = [0; 256];
         self.program.restart();
@@ -201,7 +191,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// When something besides control ticks and the program is due.
     fn timers_at(&self) -> u64 {
         let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline_us);
-        let axes = self.axes.iter().filter_map(Axis::due_at).min().unwrap_or(NEVER);
+        let axes = self.axes.due_at().unwrap_or(NEVER);
         wait.min(axes).min(self.interrupts.due_at().unwrap_or(NEVER)).min(self.heartbeats.due_at(&self.globals))
     }
 
@@ -223,9 +213,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     fn run_timers(&mut self) {
         for index in 0..self.axis_count() {
-            if let Some(axis) = self.axes.get_mut(index) {
-                axis.run_timer(self.now, self.ports.axis(index));
-            }
+            self.axes.run_timer(index, self.now, &mut self.ports);
         }
         self.interrupts.run_timers(self.now, self.program.is_running());
         if self.heartbeats.expired(self.now, &self.globals) {
@@ -237,7 +225,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// Schedules control ticks when an axis needs them: at multiples of the tick's length.
     pub(crate) fn wake_axes(&mut self) {
-        if self.tick_at_us == NEVER && self.axes.iter().any(Axis::is_active) {
+        if self.tick_at_us == NEVER && (0..self.axis_count()).any(|index| self.axes.is_active(index)) {
             let tick_us = u64::from(self.catalogue.tick_us.max(1));
             self.tick_at_us = (self.now / tick_us).saturating_add(1).saturating_mul(tick_us);
         }

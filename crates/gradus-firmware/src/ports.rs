@@ -2,10 +2,14 @@
 //!
 //! The traits are at the level of power stage and sensors. A module owns one [`Ports`] and one [`Store`].
 
-/// The hardware of a stepper module.
-pub trait Ports {
-    /// One power stage with the sensors of its axis.
-    type Axis: StepperStage + AxisInputs;
+use crate::axes::Axes;
+
+/// The hardware of a module.
+pub trait Ports: Sized {
+    /// The kind of axes that the module has: [`Steppers`](crate::Steppers).
+    type Axes: Axes<Self>;
+    /// One power stage with the sensors of its axis: for steppers a [`StepperStage`] with [`AxisInputs`].
+    type Axis;
     /// The ports of the module.
     type Io: Io;
 

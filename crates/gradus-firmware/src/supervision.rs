@@ -3,7 +3,8 @@
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::Ap;
 
-use crate::axis::{Axis, Events};
+use crate::axes::Events;
+use crate::axis::Axis;
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
 use crate::settings::Stop;

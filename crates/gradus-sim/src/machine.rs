@@ -1,6 +1,6 @@
 //! The hardware of a simulated module: plants behind the ports of the firmware.
 
-use gradus_firmware::{AxisInputs, DriverState, NullEvent, Ports, StepperStage, Switches};
+use gradus_firmware::{AxisInputs, DriverState, NullEvent, Ports, StepperStage, Steppers, Switches};
 use gradus_plant::{RigidAxis, Switch};
 
 use crate::MachineIo;
@@ -72,6 +72,7 @@ impl Machine {
 }
 
 impl Ports for Machine {
+    type Axes = Steppers;
     type Axis = MachineAxis;
     type Io = MachineIo;
 

@@ -4,7 +4,8 @@
 //! commands between semicolons; both go through real nine-byte datagrams.
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches, store_size,
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
+    store_size,
 };
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
@@ -108,6 +109,7 @@ impl Default for Machine {
 }
 
 impl Ports for Machine {
+    type Axes = Steppers;
     type Axis = Stage;
     type Io = Board;
 

@@ -3,7 +3,8 @@
 use core::ops::RangeInclusive;
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Store, Switches, store_size,
+    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
+    store_size,
 };
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -142,6 +143,7 @@ pub struct Machine {
 }
 
 impl Ports for Machine {
+    type Axes = Steppers;
     type Axis = Slide;
     type Io = Board;
 

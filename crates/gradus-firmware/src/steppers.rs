@@ -1,0 +1,271 @@
+//! The stepper axes of a module: what they do together.
+//!
+//! Axes of one group (axis parameter 249) obey each other's commands, and MVP COORD leads several along a straight line.
+//!
+//! Where the manual is silent: SAP 0 and SAP 2 move their own axis only, not its group.
+
+use core::iter::zip;
+
+use gradus_motion::Line;
+use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
+use gradus_tmcl::{MoveKind, Search, Status};
+
+use crate::axes::{Axes, Events, Motors, Move, axis_index, members, motors};
+use crate::axis::Axis;
+use crate::coordinates::{Coordinates, NO_COORDINATES};
+use crate::module::MAX_AXES;
+use crate::ports::{AxisInputs, Ports, StepperStage, Switches};
+
+/// Bits of the motor field of MVP COORD (TMCM-3351 §3.6.4).
+const SEVERAL: u8 = 1 << 7;
+const INTERPOLATED: u8 = 1 << 6;
+
+/// Up to three stepper axes.
+#[derive(Debug)]
+pub struct Steppers {
+    catalogue: &'static Module,
+    axes: [Axis; MAX_AXES],
+    line: Option<Line<MAX_AXES>>,
+    coordinates: Coordinates,
+}
+
+impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
+    fn new(catalogue: &'static Module) -> Self {
+        Self {
+            catalogue,
+            axes: core::array::from_fn(|_| Axis::new(catalogue)),
+            line: None,
+            coordinates: NO_COORDINATES,
+        }
+    }
+
+    fn restart(&mut self) {
+        for axis in &mut self.axes {
+            axis.restart(self.catalogue);
+        }
+        self.line = None;
+        self.coordinates = NO_COORDINATES;
+    }
+
+    fn start(&mut self, index: usize, now: u64, powered: bool, ports: &mut P) {
+        if let Some(axis) = self.axes.get_mut(index) {
+            axis.start(now, powered, ports.axis(index));
+        }
+    }
+
+    #[inline]
+    fn get(&mut self, index: usize, id: Ap, now: u64, ports: &mut P) -> i32 {
+        self.axes.get_mut(index).map_or(0, |axis| axis.get(id, now, ports.axis(index)))
+    }
+
+    fn set(&mut self, index: usize, row: &AxisParameter, value: i32, ports: &mut P) -> Result<(), Status> {
+        self.axis_mut(index)?.set(row, value, ports.axis(index))
+    }
+
+    fn rotate(&mut self, index: usize, speed: i32) -> Result<(), Status> {
+        for index in self.group(index) {
+            self.axis_mut(index)?.rotate(speed)?;
+        }
+        Ok(())
+    }
+
+    fn move_to(&mut self, kind: MoveKind, motor: u8, value: i32, ports: &mut P) -> Result<Move, Status> {
+        match kind {
+            MoveKind::ABS => self.move_group(motor, |_, _| Ok(value)),
+            MoveKind::REL => self.move_group(motor, |axes, axis| axes.relative_target(axis, value, ports)),
+            MoveKind::COORD if self.catalogue.coordinates > 0 => self.move_to_coordinate(motor, value),
+            _ => axis_index(self.catalogue, motor).and(Err(Status::WRONG_TYPE)),
+        }
+    }
+
+    fn search(&mut self, what: Search, index: usize) -> Result<Option<i32>, Status> {
+        match what {
+            Search::STATUS => return Ok(Some(self.axis_mut(index)?.search_state())),
+            Search::START | Search::STOP => {}
+            _ => return Err(Status::WRONG_TYPE),
+        }
+        for index in self.group(index) {
+            let axis = self.axis_mut(index)?;
+            if what == Search::START { axis.start_search()? } else { axis.stop_search() }
+        }
+        Ok(None)
+    }
+
+    fn coordinate_mut(&mut self, number: u8, index: usize) -> Option<&mut i32> {
+        self.coordinates.get_mut(index)?.get_mut(usize::from(number))
+    }
+
+    fn set_power(&mut self, index: usize, on: bool, ports: &mut P) {
+        if let Some(axis) = self.axes.get_mut(index) {
+            axis.set_power(on, ports.axis(index));
+        }
+    }
+
+    #[inline]
+    fn switches(&mut self, index: usize, ports: &mut P) -> Switches {
+        ports.axis(index).switches()
+    }
+
+    #[inline]
+    fn is_reached(&self, index: usize) -> bool {
+        self.axes.get(index).is_some_and(Axis::is_reached)
+    }
+
+    fn is_searching(&self, index: usize) -> bool {
+        self.axes.get(index).is_some_and(Axis::is_searching)
+    }
+
+    #[inline]
+    fn is_active(&self, index: usize) -> bool {
+        self.axes.get(index).is_some_and(Axis::is_active)
+    }
+
+    #[inline]
+    fn begin_tick(&mut self) {
+        if let Some(line) = &mut self.line {
+            line.tick();
+        }
+    }
+
+    #[inline]
+    fn tick(&mut self, index: usize, now: u64, switches: Switches, ports: &mut P) -> Events {
+        let line = &self.line;
+        let lead = |ramp: &mut _| {
+            if let Some(line) = line {
+                line.lead(index, ramp);
+            }
+        };
+        match self.axes.get_mut(index) {
+            Some(axis) => axis.tick(now, switches, lead, ports.axis(index)),
+            None => Events::default(),
+        }
+    }
+
+    #[inline]
+    fn end_tick(&mut self) {
+        if self.line.as_ref().is_some_and(Line::is_done) {
+            self.line = None;
+            self.axes.iter_mut().for_each(Axis::release);
+        }
+    }
+
+    #[inline]
+    fn due_at(&self) -> Option<u64> {
+        self.axes.iter().filter_map(Axis::due_at).min()
+    }
+
+    fn run_timer(&mut self, index: usize, now: u64, ports: &mut P) {
+        if let Some(axis) = self.axes.get_mut(index) {
+            axis.run_timer(now, ports.axis(index));
+        }
+    }
+}
+
+// Positions.
+impl Steppers {
+    /// Motors of a mask with bit 6 that do not all stand go each with its own ramp; the value of the reply for a mask is the
+    /// coordinate's number.
+    fn move_to_coordinate(&mut self, motor: u8, value: i32) -> Result<Move, Status> {
+        if motor & (SEVERAL | INTERPOLATED) == 0 {
+            return self.move_group(motor, |axes, axis| axes.coordinate(value, axis));
+        }
+        let motors = motors(self.catalogue, motor & !(SEVERAL | INTERPOLATED))?;
+        if motors == 0 {
+            return Err(Status::INVALID_VALUE);
+        }
+        let mut targets = [None; MAX_AXES];
+        for axis in members(motors) {
+            if let Some(target) = targets.get_mut(axis) {
+                *target = Some(self.coordinate(value, axis)?);
+            }
+        }
+        let standing = members(motors).all(|axis| self.axes.get(axis).is_some_and(Axis::is_standing));
+        self.start_moves(&targets)?;
+        if motor & INTERPOLATED != 0 && standing {
+            self.interpolate(motors);
+        }
+        Ok(Move { value, motors })
+    }
+
+    /// Moves an axis and its group; the reply is the target of the axis.
+    fn move_group(
+        &mut self,
+        motor: u8,
+        mut target: impl FnMut(&mut Self, usize) -> Result<i32, Status>,
+    ) -> Result<Move, Status> {
+        let index = axis_index(self.catalogue, motor)?;
+        let mut targets = [None; MAX_AXES];
+        for axis in self.group(index) {
+            let wanted = target(self, axis)?;
+            if let Some(target) = targets.get_mut(axis) {
+                *target = Some(wanted);
+            }
+        }
+        let motors = self.start_moves(&targets)?;
+        let value = targets.get(index).copied().flatten().ok_or(Status::INVALID_VALUE)?;
+        Ok(Move { value, motors })
+    }
+
+    /// Starts all axes that have a target; none if one cannot.
+    fn start_moves(&mut self, targets: &[Option<i32>; MAX_AXES]) -> Result<Motors, Status> {
+        let mut motors = 0;
+        for (index, (axis, target)) in zip(&mut self.axes, targets).enumerate() {
+            if let Some(target) = target {
+                axis.move_to(*target)?;
+                motors |= 1 << index;
+            }
+        }
+        Ok(motors)
+    }
+
+    /// Makes the motors, which stood and have their targets, arrive together. Those of an earlier line that are still under
+    /// way go on with their own ramps: there is one line at a time.
+    fn interpolate(&mut self, motors: Motors) {
+        self.axes.iter_mut().for_each(Axis::release);
+        let mut index = 0;
+        let paths = self.axes.each_ref().map(|axis| {
+            let taking_part = motors & 1 << index != 0;
+            index += 1;
+            taking_part.then(|| axis.ramp())
+        });
+        self.line = Some(Line::new(paths));
+        for axis in members(motors) {
+            if let Some(axis) = self.axes.get_mut(axis) {
+                axis.follow();
+            }
+        }
+    }
+
+    fn relative_target<P: Ports<Axis: AxisInputs>>(
+        &mut self,
+        index: usize,
+        offset: i32,
+        ports: &mut P,
+    ) -> Result<i32, Status> {
+        Ok(self.axis_mut(index)?.relative_base(ports.axis(index)).wrapping_add(offset))
+    }
+
+    fn coordinate(&self, number: i32, axis: usize) -> Result<i32, Status> {
+        let number = usize::try_from(number).map_err(|_| Status::INVALID_VALUE)?;
+        if number >= usize::from(self.catalogue.coordinates) {
+            return Err(Status::INVALID_VALUE);
+        }
+        self.coordinates.get(axis).and_then(|row| row.get(number)).copied().ok_or(Status::INVALID_VALUE)
+    }
+
+    fn axis_mut(&mut self, index: usize) -> Result<&mut Axis, Status> {
+        self.axes.get_mut(index).ok_or(Status::INVALID_VALUE)
+    }
+
+    /// The axis and those that share its group index, if that is not 0 (axis parameter 249).
+    fn group(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let group = self.axes.get(index).map_or(0, Axis::group);
+        let mut motors: Motors = 1 << index;
+        for (other, axis) in self.axes.iter().enumerate().take(self.catalogue.axes.into()) {
+            if group != 0 && axis.group() == group {
+                motors |= 1 << other;
+            }
+        }
+        members(motors)
+    }
+}
