@@ -91,6 +91,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::FIRMWARE_VERSION => return self.firmware_version(kind),
             Opcode::POSITION_EVENT => self.request_event(link, kind, value)?,
             Opcode::BREAKPOINT => return self.program.breakpoint(kind, value),
+            Opcode::CAPTURE => return self.capture(instruction),
             Opcode::GET_INFO => return self.information(kind),
             Opcode::SOFTWARE_RESET if value == CONFIRMATION => self.restart_due = true,
             _ => return Err(Status::INVALID_VALUE),

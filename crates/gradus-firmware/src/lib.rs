@@ -16,6 +16,7 @@ extern crate std;
 
 mod axes;
 mod axis;
+mod capture;
 mod coordinates;
 mod cpu;
 mod eeprom;

@@ -4,6 +4,7 @@ use gradus_tmcl::catalogue::{self, Ap, Gp};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 
 use crate::axes::Axes;
+use crate::capture::Capture;
 use crate::cpu::Variables;
 use crate::eeprom::Eeprom;
 use crate::events::PositionEvents;
@@ -45,6 +46,7 @@ pub struct Module<P: Ports, S> {
     pub(crate) interrupts: Interrupts,
     pub(crate) events: PositionEvents,
     pub(crate) heartbeats: Heartbeats,
+    pub(crate) capture: Capture,
     pub(crate) inputs: Inputs,
     pub(crate) outputs: Outputs,
     pub(crate) tick_timer_zero_ms: u64,
@@ -70,6 +72,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             interrupts: Interrupts::default(),
             events: PositionEvents::default(),
             heartbeats: Heartbeats::default(),
+            capture: Capture::new(),
             inputs: Inputs::default(),
             outputs: Outputs::default(),
             tick_timer_zero_ms: 0,
@@ -111,6 +114,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.interrupts = Interrupts::default();
         self.events = PositionEvents::default();
         self.heartbeats = Heartbeats::default();
+        self.capture.reset();
         self.outputs = Outputs::default();
         self.tick_timer_zero_ms = self.now / 1000;
         self.random = 0;
@@ -192,7 +196,10 @@ impl<P: Ports, S: Store> Module<P, S> {
     fn timers_at(&self) -> u64 {
         let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline_us);
         let axes = self.axes.due_at().unwrap_or(NEVER);
-        wait.min(axes).min(self.interrupts.due_at().unwrap_or(NEVER)).min(self.heartbeats.due_at(&self.globals))
+        wait.min(axes)
+            .min(self.capture.due_at())
+            .min(self.interrupts.due_at().unwrap_or(NEVER))
+            .min(self.heartbeats.due_at(&self.globals))
     }
 
     /// What is due at the present time, in a fixed order; then the program up to whatever else is due next.
@@ -219,6 +226,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         if self.heartbeats.expired(self.now, &self.globals) {
             self.stop_all();
         }
+        self.run_capture();
         self.check_wait();
         self.enter_handler();
     }

@@ -196,6 +196,8 @@ impl Opcode {
     pub const ASCII_MODE: Self = Self(139);
     /// Breakpoints.
     pub const BREAKPOINT: Self = Self(141);
+    /// Capture (RAMDEBUG).
+    pub const CAPTURE: Self = Self(142);
     /// Get information.
     pub const GET_INFO: Self = Self(157);
     /// Software reset.

@@ -22,6 +22,8 @@ mod text;
 pub use datagram::{ChecksumError, Reply, Request, checksum};
 pub use framer::Framer;
 pub use instruction::{Instruction, Opcode};
-pub use operand::{MoveKind, Operation, Search, WaitFor};
+pub use operand::{
+    CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, MoveKind, Operation, Search, WaitFor,
+};
 pub use status::Status;
 pub use text::{ParseError, Text};

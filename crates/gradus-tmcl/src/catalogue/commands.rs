@@ -243,6 +243,7 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::POSITION_EVENT, "", "request target position reached event", &[REPEAT, MASK], [Direct, Absent, Absent, Direct], No),
     row(Opcode::ASCII_MODE, "", "enter ASCII mode", &[], [Absent, Absent, Direct, Direct], No),
     row(Opcode::BREAKPOINT, "", "breakpoints", &[ACTION, ADDRESS], [Direct, Direct, Absent, Direct], No),
+    row(Opcode::CAPTURE, "", "capture samples", &FIELDS, [Direct, Direct, Direct, Direct], No),
     row(Opcode::GET_INFO, "", "get information", &[ENTRY], [Direct, Direct, Absent, Direct], No),
     row(Opcode::SOFTWARE_RESET, "", "software reset", &[CODE], [Direct, Direct, Absent, Absent], No),
 ];
