@@ -7,11 +7,13 @@
 
 mod cmd;
 mod listed;
+mod output;
 mod parameter;
 mod plot;
 mod port;
 mod program;
 mod recording;
+mod signal;
 mod span;
 mod view;
 

@@ -1,16 +1,15 @@
-//! Position and speed over time as a picture.
+//! Signals over time as a picture: one chart a signal, one curve an axis.
 
 use std::io;
 
 use anyhow::anyhow;
-use gradus_tmcl::catalogue::{Ap, Module};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::recording::{Motion, Sample};
+use crate::recording::{Recording, Sample};
 
-/// Size of the picture in pixels.
-const SIZE: (u32, u32) = (1000, 700);
+/// Size of a chart in pixels.
+const CHART: (u32, u32) = (1000, 350);
 /// Points of a curve; more cannot be told apart.
 const POINTS: usize = 2000;
 /// Space above and below the curves, as a part of their height.
@@ -21,50 +20,49 @@ type DrawError = DrawingAreaErrorKind<io::Error>;
 
 /// A curve of one axis.
 struct Curve {
-    axis: usize,
+    axis: u8,
     points: Vec<(f64, f64)>,
 }
 
-/// An SVG of the axes that moved; of all of them if none did. The units are those of the module.
+/// An SVG of the axes on which something changed; of all of them if nothing did.
 ///
 /// # Errors
 /// When there is nothing that can be drawn.
-pub fn svg(samples: &[Sample], module: &Module) -> anyhow::Result<String> {
+pub fn svg(recording: &Recording) -> anyhow::Result<String> {
     let mut text = String::new();
-    draw(SVGBackend::with_string(&mut text, SIZE).into_drawing_area(), samples, module)
+    let size = (CHART.0, CHART.1 * recording.probe.channels.len() as u32);
+    draw(&SVGBackend::with_string(&mut text, size).into_drawing_area(), recording)
         .map_err(|error| anyhow!("cannot draw the picture: {error}"))?;
     Ok(text)
 }
 
-fn draw(area: Area, samples: &[Sample], module: &Module) -> Result<(), DrawError> {
-    let axes = moved(samples);
-    let (upper, lower) = area.split_vertically(SIZE.1 / 2);
-    let positions = curves(samples, &axes, |motion| motion.position);
-    let speeds = curves(samples, &axes, |motion| motion.speed);
-    chart(&upper, &title(module, Ap::ActualPosition), &positions)?;
-    chart(&lower, &title(module, Ap::ActualSpeed), &speeds)?;
+fn draw(area: &Area, recording: &Recording) -> Result<(), DrawError> {
+    let channels = &recording.probe.channels;
+    let axes = moved(recording);
+    for (index, (area, channel)) in area.split_evenly((channels.len(), 1)).iter().zip(channels).enumerate() {
+        let curves: Vec<Curve> = axes.iter().map(|axis| curve(recording, *axis, index)).collect();
+        chart(area, &channel.to_string(), &curves)?;
+    }
     area.present()
 }
 
-/// Name and unit of what a picture shows.
-fn title(module: &Module, id: Ap) -> String {
-    let row = module.axis_parameters.iter().find(|row| row.id == id);
-    row.map_or_else(String::new, |row| format!("{} [{}]", row.name, row.unit.text()))
-}
-
-fn moved(samples: &[Sample]) -> Vec<usize> {
-    let Some(first) = samples.first() else { return Vec::new() };
-    let all: Vec<usize> = (0..first.axes.len()).collect();
-    let moves = |axis: &usize| samples.iter().any(|sample| sample.axes[*axis] != first.axes[*axis]);
+/// Indices of the axes on which something changed.
+fn moved(recording: &Recording) -> Vec<usize> {
+    let all: Vec<usize> = (0..recording.probe.axes.len()).collect();
+    let values = |sample: &Sample, axis: usize| sample.axes(&recording.probe).nth(axis).map(<[f64]>::to_vec);
+    let Some(first) = recording.samples.first() else { return all };
+    let moves = |axis: &usize| {
+        let start = values(first, *axis);
+        recording.samples.iter().any(|sample| values(sample, *axis) != start)
+    };
     let moved: Vec<usize> = all.iter().copied().filter(moves).collect();
     if moved.is_empty() { all } else { moved }
 }
 
-fn curves(samples: &[Sample], axes: &[usize], of: impl Fn(&Motion) -> i32) -> Vec<Curve> {
-    let point = |axis: usize, sample: &Sample| (sample.time.as_secs_f64(), f64::from(of(&sample.axes[axis])));
-    let curve =
-        |axis: &usize| Curve { axis: *axis, points: thin(samples.iter().map(|sample| point(*axis, sample)).collect()) };
-    axes.iter().map(curve).collect()
+fn curve(recording: &Recording, axis: usize, channel: usize) -> Curve {
+    let column = axis * recording.probe.channels.len() + channel;
+    let point = |sample: &Sample| (sample.time.as_secs_f64(), sample.values[column]);
+    Curve { axis: recording.probe.axes[axis], points: thin(recording.samples.iter().map(point).collect()) }
 }
 
 /// Leaves lowest and highest of each group of points, so that no peak is lost.
@@ -83,25 +81,24 @@ fn thin(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
-    let points = || curves.iter().flat_map(|curve| &curve.points);
-    let end = points().map(|point| point.0).fold(1e-3, f64::max);
-    let (low, high) = points().fold((0.0, 1.0), |(low, high): (f64, f64), point| (low.min(point.1), high.max(point.1)));
-    let margin = (high - low) * MARGIN;
+    let end = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).fold(1e-3, f64::max);
+    let (low, high) = span(curves);
+    let decimals = decimals(high - low);
     area.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(area)
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(90)
-        .build_cartesian_2d(0.0..end, low - margin..high + margin)?;
+        .build_cartesian_2d(0.0..end, low..high)?;
     chart
         .configure_mesh()
         .x_desc("time [s]")
         .y_desc(title)
         .max_light_lines(0)
-        .y_label_formatter(&|value| format!("{value:.0}"))
+        .y_label_formatter(&|value| format!("{value:.decimals$}"))
         .draw()?;
     for curve in curves {
-        let color = Palette99::pick(curve.axis).to_rgba();
+        let color = Palette99::pick(curve.axis.into()).to_rgba();
         let line = LineSeries::new(curve.points.iter().copied(), &color);
         let legend = move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color);
         chart.draw_series(line)?.label(format!("axis {}", curve.axis)).legend(legend);
@@ -115,39 +112,72 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
     Ok(())
 }
 
+/// Lowest and highest value of a chart, with some space around the curves.
+fn span(curves: &[Curve]) -> (f64, f64) {
+    let values =
+        || curves.iter().flat_map(|curve| &curve.points).map(|point| point.1).filter(|value| value.is_finite());
+    let (low, high) = (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max));
+    match high - low {
+        height if height > 0.0 => (low - height * MARGIN, high + height * MARGIN),
+        _ if low.is_finite() => (low - 1.0, high + 1.0),
+        _ => (0.0, 1.0),
+    }
+}
+
+/// Digits after the point with which the labels of an axis of that height differ.
+fn decimals(mut height: f64) -> usize {
+    let mut decimals = 0;
+    while height < 10.0 && decimals < 6 {
+        height *= 10.0;
+        decimals += 1;
+    }
+    decimals
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gradus_tmcl::catalogue::TMCM_3351;
-    use std::time::Duration;
-
-    fn samples(count: u64) -> Vec<Sample> {
-        let rest = Motion { position: 0, speed: 0 };
-        let sample = |i: u64| Sample {
-            time: Duration::from_millis(10 * i),
-            axes: vec![rest, Motion { position: i as i32, speed: if i == 777 { 1000 } else { 0 } }],
-        };
-        (0..count).map(sample).collect()
-    }
+    use crate::recording::tests::recording;
 
     #[test]
     fn only_axes_that_moved_are_drawn() {
-        assert_eq!(moved(&samples(10)), [1]);
-        assert_eq!(moved(&samples(1)), [0, 1]);
+        assert_eq!(moved(&recording(10)), [1]);
+        assert_eq!(moved(&recording(1)), [0, 1]);
+        assert_eq!(moved(&recording(0)), [0, 1]);
     }
 
     #[test]
     fn thinning_keeps_peaks_and_ends() {
-        let speeds = curves(&samples(100_000), &[1], |motion| motion.speed).remove(0).points;
+        let speeds = curve(&recording(100_000), 1, 1).points;
         assert!(speeds.len() <= POINTS, "{}", speeds.len());
         assert!(speeds.contains(&(7.77, 1000.0)));
     }
 
     #[test]
+    fn labels_have_the_digits_that_tell_them_apart() {
+        for (height, expected) in [(1e6, 0), (10.0, 0), (2.0, 1), (0.1, 2), (0.0, 6)] {
+            assert_eq!(decimals(height), expected, "{height}");
+        }
+    }
+
+    #[test]
+    fn curves_fill_their_chart() {
+        let curve = |values: &[f64]| Curve { axis: 0, points: values.iter().map(|value| (0.0, *value)).collect() };
+        for (values, expected) in [
+            (&[10.0, 30.0, f64::NAN][..], (9.0, 31.0)),
+            (&[5.0, 5.0], (4.0, 6.0)),
+            (&[f64::NAN], (0.0, 1.0)),
+            (&[], (0.0, 1.0)),
+        ] {
+            assert_eq!(span(&[curve(values)]), expected, "{values:?}");
+        }
+    }
+
+    #[test]
     fn the_picture_has_a_curve_for_each_axis_that_moved() {
-        let svg = svg(&samples(100), &TMCM_3351).unwrap();
+        let svg = svg(&recording(100)).unwrap();
         let mentions = |text| svg.matches(text).count();
         assert_eq!((mentions("axis 0"), mentions("axis 1")), (0, 2), "one legend for position, one for speed");
-        assert!(svg.contains("actual position [usteps]") && svg.contains("actual speed [pps]"));
+        assert!(svg.contains("position [usteps]") && svg.contains("speed [pps]"));
     }
 }

@@ -87,7 +87,7 @@ pub struct Includes {
 
 impl Includes {
     /// The assembler's options with these folders.
-    pub fn options(self) -> Options {
-        Options { include_dirs: self.folders, ..Options::default() }
+    pub fn options(&self) -> Options {
+        Options { include_dirs: self.folders.clone(), ..Options::default() }
     }
 }

@@ -16,6 +16,15 @@ pub fn parse(text: &str) -> Result<Duration, String> {
     span.ok_or_else(|| "a number with a unit is expected: 500ms, 60s, 2m, 1h".into())
 }
 
+/// Reads a span of time that is not zero.
+///
+/// # Errors
+/// Says what is wrong with it.
+pub fn parse_period(text: &str) -> Result<Duration, String> {
+    let span = parse(text)?;
+    if span.is_zero() { Err("a time longer than 0 is expected".into()) } else { Ok(span) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -26,6 +35,12 @@ mod tests {
         for (text, ms) in cases {
             assert_eq!(parse(text), Ok(Duration::from_millis(ms)), "{text}");
         }
+    }
+
+    #[test]
+    fn a_period_is_longer_than_nothing() {
+        assert_eq!(parse_period("1ms"), Ok(Duration::from_millis(1)));
+        assert_eq!(parse_period("0ms"), Err("a time longer than 0 is expected".into()));
     }
 
     #[test]

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-use crate::recording::Sample;
+use crate::recording::{Probe, Sample};
+use crate::signal::Channel;
 
-/// Width of a column of numbers: the longest is -2147483648.
+/// Narrowest column of numbers: the longest is -2147483648.
 const WIDTH: usize = 12;
 
 /// Shows samples as they come.
@@ -38,11 +39,11 @@ impl View {
     ///
     /// # Errors
     /// When the output has gone.
-    pub fn show(&mut self, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
+    pub fn show(&mut self, probe: &Probe, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Table(bar) => bar.set_message(as_table(sample)),
+            Self::Table(bar) => bar.set_message(as_table(probe, sample)),
             Self::Lines { every, last } if last.is_some_and(|last| sample.time < last + *every) => {}
-            Self::Lines { last, .. } => show_line(sample, last, out)?,
+            Self::Lines { last, .. } => show_line(probe, sample, last, out)?,
         }
         Ok(())
     }
@@ -51,38 +52,57 @@ impl View {
     ///
     /// # Errors
     /// When the output has gone.
-    pub fn finish(&mut self, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
+    pub fn finish(&mut self, probe: &Probe, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Table(bar) => bar.finish_with_message(as_table(sample)),
+            Self::Table(bar) => bar.finish_with_message(as_table(probe, sample)),
             Self::Lines { last, .. } if *last == Some(sample.time) => {} // shown already
-            Self::Lines { last, .. } => show_line(sample, last, out)?,
+            Self::Lines { last, .. } => show_line(probe, sample, last, out)?,
         }
         Ok(())
     }
 }
 
 /// Writes a line, and the heading above the first one.
-fn show_line(sample: &Sample, last: &mut Option<Duration>, out: &mut dyn Write) -> io::Result<()> {
+fn show_line(probe: &Probe, sample: &Sample, last: &mut Option<Duration>, out: &mut dyn Write) -> io::Result<()> {
     if last.replace(sample.time).is_none() {
-        writeln!(out, "{}", heading(sample))?;
+        writeln!(out, "{}", heading(probe))?;
     }
-    writeln!(out, "{}", as_line(sample))
+    writeln!(out, "{}", as_line(probe, sample))
 }
 
-fn as_table(sample: &Sample) -> String {
-    let mut text = format!("time {:.3} s\naxis{:>WIDTH$}{:>WIDTH$}", sample.time.as_secs_f64(), "position", "speed");
-    for (axis, motion) in sample.axes.iter().enumerate() {
-        text += &format!("\n{axis:>4}{:>WIDTH$}{:>WIDTH$}", motion.position, motion.speed);
+fn as_table(probe: &Probe, sample: &Sample) -> String {
+    let cell = |text: &str, channel: &Channel| format!("{text:>0$}", WIDTH.max(channel.name.len() + 2));
+    let heading: String = probe.channels.iter().map(|channel| cell(&channel.name, channel)).collect();
+    let mut table = format!("time {:.3} s\naxis{heading}", sample.time.as_secs_f64());
+    for (axis, values) in probe.axes.iter().zip(sample.axes(probe)) {
+        let cells = probe.channels.iter().zip(values).map(|(channel, value)| cell(&text(channel, *value), channel));
+        table += &format!("\n{axis:>4}{}", cells.collect::<String>());
     }
-    text
+    table
 }
 
-fn heading(sample: &Sample) -> String {
-    let column = |axis| format!("{:>WIDTH$}{:>WIDTH$}", format!("position {axis}"), format!("speed {axis}"));
-    format!("{:>10}", "time") + &(0..sample.axes.len()).map(column).collect::<String>()
+fn heading(probe: &Probe) -> String {
+    let column = |(axis, channel): (u8, &Channel)| format!("{:>1$}", title(axis, channel), width(axis, channel));
+    format!("{:>10}", "time") + &probe.columns().map(column).collect::<String>()
 }
 
-fn as_line(sample: &Sample) -> String {
-    let motion = |motion: &crate::recording::Motion| format!("{:>WIDTH$}{:>WIDTH$}", motion.position, motion.speed);
-    format!("{:>10.3}", sample.time.as_secs_f64()) + &sample.axes.iter().map(motion).collect::<String>()
+fn as_line(probe: &Probe, sample: &Sample) -> String {
+    let column = |((axis, channel), value): ((u8, &Channel), &f64)| {
+        format!("{:>1$}", text(channel, *value), width(axis, channel))
+    };
+    format!("{:>10.3}", sample.time.as_secs_f64())
+        + &probe.columns().zip(&sample.values).map(column).collect::<String>()
+}
+
+fn title(axis: u8, channel: &Channel) -> String {
+    format!("{} {axis}", channel.name)
+}
+
+fn width(axis: u8, channel: &Channel) -> usize {
+    WIDTH.max(title(axis, channel).len() + 2)
+}
+
+/// A value as people read it; a dash where there is none.
+fn text(channel: &Channel, value: f64) -> String {
+    if value.is_nan() { "-".into() } else { format!("{value:.0$}", channel.decimals()) }
 }

@@ -1,19 +1,41 @@
 //! The book tells the truth: its commands print what it says, its links lead somewhere.
 //!
-//! `TRYCMD=overwrite cargo test -p gradus --test book` renews what commands print.
+//! `TRYCMD=overwrite cargo test -p gradus --test book` renews what commands print and draw.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// The commands run in a folder of their own with a copy of the examples, so that what they write is not left about.
+/// The commands run in a folder of their own with a copy of the examples. The pictures that they write there are those of the
+/// book.
 #[test]
-fn commands_print_what_the_book_says() {
+fn commands_print_and_draw_what_the_book_says() {
     let folder = tempfile::tempdir().unwrap();
     copy(&Path::new(ROOT).join("examples"), &folder.path().join("examples"));
     std::env::set_current_dir(folder.path()).unwrap();
     trycmd::TestCases::new().case(format!("{ROOT}/docs/src/*.md")).run();
+    for drawn in files(folder.path(), "svg") {
+        renew_or_compare(&source().join("pictures").join(drawn.file_name().unwrap()), &fs::read(&drawn).unwrap());
+    }
+}
+
+/// A file of the book that is made: with `TRYCMD=overwrite` it is written, else it must be as it would be written.
+fn renew_or_compare(file: &Path, made: &[u8]) {
+    if std::env::var("TRYCMD").is_ok_and(|value| value == "overwrite") {
+        return fs::write(file, made).unwrap();
+    }
+    let renew = "`TRYCMD=overwrite cargo test -p gradus --test book` renews it";
+    assert!(fs::read(file).is_ok_and(|there| there == made), "{} is out of date; {renew}", file.display());
+}
+
+#[test]
+fn every_picture_is_shown() {
+    let all: String = pages().map(|page| fs::read_to_string(page).unwrap()).collect();
+    for picture in files(&source().join("pictures"), "svg") {
+        let link = format!("(pictures/{})", picture.file_name().unwrap().to_str().unwrap());
+        assert!(all.contains(&link), "no page shows {}", picture.display());
+    }
 }
 
 fn copy(from: &Path, to: &Path) {
@@ -55,8 +77,12 @@ fn source() -> PathBuf {
 }
 
 fn pages() -> impl Iterator<Item = PathBuf> {
-    let files = fs::read_dir(source()).unwrap().map(|entry| entry.unwrap().path());
-    files.filter(|file| file.extension().is_some_and(|extension| extension == "md"))
+    files(&source(), "md")
+}
+
+fn files(folder: &Path, extension: &'static str) -> impl Iterator<Item = PathBuf> + use<> {
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    files.filter(move |file| file.extension().is_some_and(|it| it == extension))
 }
 
 /// What a page links to, shows and includes.

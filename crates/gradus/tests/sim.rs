@@ -170,6 +170,29 @@ fn a_program_runs_over_tcp_until_ctrl_c_stops_it() {
 }
 
 #[test]
+fn signals_of_a_module_elsewhere_are_recorded_and_those_of_its_machine_are_not_known() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("once.csv");
+    let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/run.in/once.tmc");
+    let run = |arguments: &[&str]| {
+        Command::new(GRADUS).args(["run", program, "--port", &sim.url(0)]).args(arguments).output().unwrap()
+    };
+
+    assert!(run(&["--signals", "deviation,max_speed", "--axes", "0", "--plot", text(&table)]).status.success());
+    let table = std::fs::read_to_string(table).unwrap();
+    assert_eq!(table.lines().next(), Some("time [s],axis 0 deviation [usteps],axis 0 maximum_positioning_speed [pps]"));
+    let speeds: Vec<&str> = table.lines().skip(1).map(|line| line.rsplit(',').next().unwrap()).collect();
+    assert!(speeds.len() > 10 && speeds.iter().all(|speed| *speed == "51200"), "{speeds:?}");
+
+    let refused = run(&["--signals", "shaft"]);
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert!(message.contains("only a simulated machine knows `shaft`, not tcp:127.0.0.1:"), "{message}");
+    assert_eq!(refused.status.code(), Some(1));
+    sim.stop();
+}
+
+#[test]
 fn a_run_that_nobody_watches_any_more_stops_program_and_motors() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
     let program = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cmd/run.in/forever.tmc");

@@ -1,13 +1,13 @@
 //! `gradus run`
 
-use std::fs::File;
 use std::io::{self, IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::ops::Range;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use gradus_host::{Session, State};
 use gradus_tmcl::Instruction;
@@ -15,16 +15,19 @@ use gradus_tmcl::catalogue::{MODULES, Module};
 use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
+use crate::output::{Output, plot_file, record_file};
 use crate::port::{self, Port};
 use crate::program::{Includes, Program};
-use crate::recording::Sample;
+use crate::recording::{Probe, Recording, Sample};
+use crate::signal::Channel;
 use crate::view::View;
-use crate::{complain, plot, span};
+use crate::{complain, signal, span};
 
 /// Run a program and watch the axes
 ///
 /// Assembles the program, or takes a .bin file as it is, downloads it, reads it back and compares, resets the module's
-/// interpreter, runs it, and shows position and speed of the axes until the program stops or the time is up.
+/// interpreter, runs it, and shows position and speed of the axes, or other signals, until the program stops or the time is
+/// up.
 ///
 /// On a virtual module of this process (sim:) time is virtual: an hour of motion takes seconds.
 ///
@@ -34,12 +37,7 @@ use crate::{complain, plot, span};
 /// Exit status: 0 when the program stopped by itself or the time was up, 1 on errors and on Ctrl-C. An instruction of the program
 /// that the module refused is shown as a warning.
 #[derive(clap::Args)]
-#[command(after_long_help = "\
-Examples:
-  gradus run two-positions.tmc --for 60s
-  gradus run two-positions.tmc --for 60s --plot two-positions.svg
-  gradus run main.bin --port /dev/ttyACM0
-  gradus run home.tmc --bench linear-stage.toml")]
+#[command(after_long_help = after_help())]
 pub struct Run {
     /// Source file or .bin file
     file: PathBuf,
@@ -56,9 +54,36 @@ pub struct Run {
     /// Time between two lines where the output is no terminal
     #[arg(long, value_name = "DURATION", value_parser = span::parse, default_value = "1s")]
     every: Duration,
-    /// Draw position and speed of the axes that moved over time
-    #[arg(long, value_name = "FILE.svg", value_parser = PathBufValueParser::new().try_map(svg))]
-    plot: Option<PathBuf>,
+    /// Signals to show, draw and record, see below
+    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "position,speed")]
+    signals: Vec<String>,
+    /// Axes to show, draw and record; all of them if left out
+    #[arg(long, value_name = "N,...", value_delimiter = ',')]
+    axes: Vec<u8>,
+    /// Time between two samples; a real module is asked as often as its line allows
+    #[arg(long, value_name = "DURATION", value_parser = span::parse_period, default_value = "10ms")]
+    sample: Duration,
+    /// Draw the signals over time as a picture, or write them as a table; may be given several times
+    #[arg(long, value_name = "FILE.svg|FILE.csv", value_parser = PathBufValueParser::new().try_map(plot_file))]
+    plot: Vec<PathBuf>,
+    /// Record the signals for Foxglove, one topic an axis
+    #[arg(long, value_name = "FILE.mcap", value_parser = PathBufValueParser::new().try_map(record_file))]
+    record: Option<PathBuf>,
+}
+
+fn after_help() -> String {
+    format!(
+        "\
+Signals:
+{}  Every axis parameter is a signal too, by its name or number: measured_speed, 206.
+
+Examples:
+  gradus run two-positions.tmc --for 60s
+  gradus run two-positions.tmc --for 60s --plot two-positions.svg
+  gradus run home.tmc --signals position,deviation,shaft --plot home.csv --record home.mcap
+  gradus run main.bin --port /dev/ttyACM0",
+        signal::list()
+    )
 }
 
 /// Why watching ended.
@@ -77,34 +102,41 @@ impl Run {
         if let Some(wanted) = self.module.filter(|wanted| wanted.name != module.name) {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
         }
-        let plot = self.plot.as_deref().map(create).transpose()?;
+        let probe = self.probe(&mut session)?;
+        let outputs =
+            self.plot.iter().chain(&self.record).map(|file| Output::create(file)).collect::<Result<Vec<_>, _>>()?;
         let program = Program::load(&self.file, module, &self.includes.options())?;
         load(&mut session, &program.commands)?;
         session.reset()?;
         session.run()?;
 
-        let mut watch = Watch::new(&session, self.time, self.every, plot.is_some());
+        let mut watch = Watch::new(&session, &self, probe, !outputs.is_empty());
         let end = watch.until_the_end(&mut session, &interrupted, out).inspect_err(|_| {
             // Nobody watches any more. The error in hand tells more than one that follows from it.
             let _ = stop(&mut session);
-        })?;
-        report(&mut session, &program, end, watch.last, out)?;
-        if let Some(mut file) = plot {
-            file.write_all(plot::svg(&watch.samples, module)?.as_bytes()).context("cannot write the picture")?;
+        });
+        for output in outputs {
+            output.write(&watch.recording)?;
         }
+        let end = end?;
+        report(&mut session, &program, end, watch.last, out)?;
         if end == End::Interrupted { bail!("interrupted; program and motors are stopped") } else { Ok(()) }
+    }
+
+    /// What to look at.
+    fn probe(&self, session: &mut Session) -> anyhow::Result<Probe> {
+        let module = session.module()?;
+        let axes = if self.axes.is_empty() { (0..module.axes).collect() } else { self.axes.clone() };
+        if let Some(axis) = axes.iter().find(|axis| **axis >= module.axes) {
+            bail!("the {} has no axis {axis}, only {}", module.name, names(0..module.axes));
+        }
+        let channels = self.signals.iter().map(|name| Channel::find(name, session)).collect::<Result<_, _>>()?;
+        Ok(Probe { channels, axes })
     }
 }
 
-/// Takes the name of a picture. Its ending says what will be in it.
-fn svg(file: PathBuf) -> Result<PathBuf, &'static str> {
-    let is_svg = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-    if is_svg { Ok(file) } else { Err("the picture is an SVG; its name must end in .svg") }
-}
-
-/// Opens the file of the picture before the program runs, so that no run is lost to a wrong path.
-fn create(file: &Path) -> anyhow::Result<File> {
-    File::create(file).with_context(|| format!("cannot write {}", file.display()))
+fn names(axes: Range<u8>) -> String {
+    axes.map(|axis| axis.to_string()).collect::<Vec<_>>().join(", ")
 }
 
 /// A flag that Ctrl-C sets; a second one ends this program at once.
@@ -140,20 +172,18 @@ struct Watch {
     period: Duration,
     view: View,
     keep: bool,
-    /// All samples, if they are kept.
-    samples: Vec<Sample>,
+    /// Holds all samples, if they are kept.
+    recording: Recording,
     /// When the last one was taken.
     last: Duration,
 }
 
-/// How often the axes are looked at. Virtual time waits for the looks, real time does not.
-const PERIOD: Duration = Duration::from_millis(10);
-
 impl Watch {
-    fn new(session: &Session, time: Option<Duration>, every: Duration, keep: bool) -> Self {
-        let view = View::new(io::stdout().is_terminal(), every);
+    fn new(session: &Session, run: &Run, probe: Probe, keep: bool) -> Self {
+        let view = View::new(io::stdout().is_terminal(), run.every);
+        let recording = Recording { probe, samples: Vec::new() };
         let (start, last) = (session.now(), Duration::ZERO);
-        Self { start, time, period: PERIOD, view, keep, samples: Vec::new(), last }
+        Self { start, time: run.time, period: run.sample, view, keep, recording, last }
     }
 
     fn until_the_end(
@@ -164,22 +194,27 @@ impl Watch {
     ) -> anyhow::Result<End> {
         loop {
             let state = session.application_status()?.state;
-            let sample = Sample::take(session, self.start)?;
+            let sample = self.recording.probe.take(session, self.start)?;
             self.last = sample.time;
             let end = self.end(state, sample.time, interrupted);
-            match end {
-                None => self.view.show(&sample, out)?,
-                Some(_) => self.view.finish(&sample, out)?,
-            }
-            if self.keep {
-                self.samples.push(sample);
-            }
+            self.show(sample, end, out)?;
             if let Some(end) = end {
                 return Ok(end);
             }
-            let left = self.time.map_or(self.period, |time| time.saturating_sub(self.last));
-            session.sleep(self.period.min(left));
+            let next = self.time.map_or(self.last + self.period, |limit| limit.min(self.last + self.period));
+            session.sleep((self.start + next).saturating_sub(session.now()));
         }
+    }
+
+    fn show(&mut self, sample: Sample, end: Option<End>, out: &mut dyn Write) -> io::Result<()> {
+        match end {
+            None => self.view.show(&self.recording.probe, &sample, out)?,
+            Some(_) => self.view.finish(&self.recording.probe, &sample, out)?,
+        }
+        if self.keep {
+            self.recording.samples.push(sample);
+        }
+        Ok(())
     }
 
     fn end(&self, state: State, time: Duration, interrupted: &AtomicBool) -> Option<End> {
