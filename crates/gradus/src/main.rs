@@ -13,6 +13,7 @@ mod plot;
 mod port;
 mod program;
 mod recording;
+mod reference;
 mod signal;
 mod span;
 mod view;

@@ -4,6 +4,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
@@ -17,6 +18,16 @@ fn commands_print_and_draw_what_the_book_says() {
     trycmd::TestCases::new().case(format!("{ROOT}/docs/src/*.md")).run();
     for drawn in files(folder.path(), "svg") {
         renew_or_compare(&source().join("pictures").join(drawn.file_name().unwrap()), &fs::read(&drawn).unwrap());
+    }
+}
+
+#[test]
+fn parameter_references_are_those_of_the_catalogue() {
+    for module in gradus_tmcl::catalogue::MODULES {
+        let name = module.name.to_lowercase();
+        let gradus = Command::new(env!("CARGO_BIN_EXE_gradus"));
+        let page = { gradus }.args(["params", "--markdown", "--module", &name]).output().unwrap().stdout;
+        renew_or_compare(&source().join(format!("parameters-{name}.md")), &page);
     }
 }
 

@@ -7,7 +7,7 @@ use gradus_tmcl::catalogue::{AxisParameter, Choice, GlobalParameter, MODULES, Mo
 use serde::Serialize;
 
 use crate::listed::table;
-use crate::port;
+use crate::{port, reference};
 
 /// List the parameters of a module
 ///
@@ -20,10 +20,16 @@ pub struct Params {
     /// Print all that the catalogue knows, as JSON
     #[arg(long)]
     json: bool,
+    /// Print parameters, ports, interrupts and commands with what they mean, as a page of the book
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
 }
 
 impl Params {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        if self.markdown {
+            return Ok(out.write_all(reference::page(self.module)?.as_bytes())?);
+        }
         if self.json {
             return Ok(writeln!(out, "{}", serde_json::to_string_pretty(&Catalogue::of(self.module))?)?);
         }
