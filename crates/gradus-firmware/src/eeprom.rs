@@ -28,14 +28,33 @@ pub(crate) enum Key {
     Variable(u8),
     /// A coordinate of an axis.
     Coordinate(u8, usize),
+    /// A row of the catalogue's axis parameters, of an axis.
+    Axis(usize, usize),
 }
 
 /// Bytes of memory that a module needs.
 pub const fn store_size(catalogue: &Module) -> u32 {
     let coordinates = catalogue.coordinates as u32 * catalogue.axes as u32;
-    let records =
-        catalogue.program_len as u32 + catalogue.global_parameters.len() as u32 + STORED_VARIABLES as u32 + coordinates;
+    let globals = catalogue.global_parameters.len() as u32;
+    let parameters = if stores_axis_parameters(catalogue) { axis_records(catalogue) } else { 0 };
+    let records = catalogue.program_len as u32 + globals + STORED_VARIABLES as u32 + coordinates + parameters;
     records * RECORD
+}
+
+const fn axis_records(catalogue: &Module) -> u32 {
+    catalogue.axis_parameters.len() as u32 * catalogue.axes as u32
+}
+
+/// True if STAP can store a parameter of the module.
+pub(crate) const fn stores_axis_parameters(catalogue: &Module) -> bool {
+    let mut row = 0;
+    while row < catalogue.axis_parameters.len() {
+        if matches!(catalogue.axis_parameters[row].access, Access::Rwe) {
+            return true;
+        }
+        row += 1;
+    }
+    false
 }
 
 /// The records of a module in its [`Store`].
@@ -111,6 +130,17 @@ impl<S: Store> Eeprom<S> {
                 self.clear(Key::Coordinate(coordinate, axis));
             }
         }
+        if stores_axis_parameters(self.catalogue) {
+            self.clear_axis_parameters();
+        }
+    }
+
+    fn clear_axis_parameters(&mut self) {
+        for row in 0..self.catalogue.axis_parameters.len() {
+            for axis in 0..usize::from(self.catalogue.axes) {
+                self.clear(Key::Axis(row, axis));
+            }
+        }
     }
 
     /// The slot that counts and the one to write next.
@@ -143,13 +173,14 @@ impl<S: Store> Eeprom<S> {
         let globals = u32::from(self.catalogue.program_len);
         let variables = globals + self.catalogue.global_parameters.len() as u32;
         let coordinates = variables + u32::from(STORED_VARIABLES);
+        let axes = u32::from(self.catalogue.axes);
+        let parameters = coordinates + u32::from(self.catalogue.coordinates) * axes;
         match key {
             Key::Program(address) => u32::from(address),
             Key::Global(row) => globals + row as u32,
             Key::Variable(number) => variables + u32::from(number),
-            Key::Coordinate(number, axis) => {
-                coordinates + u32::from(number) * u32::from(self.catalogue.axes) + axis as u32
-            }
+            Key::Coordinate(number, axis) => coordinates + u32::from(number) * axes + axis as u32,
+            Key::Axis(row, axis) => parameters + row as u32 * axes + axis as u32,
         }
     }
 }
@@ -175,7 +206,7 @@ fn header(sequence: u8, bytes: &[u8; 7]) -> u8 {
 mod tests {
     use std::collections::BTreeSet;
 
-    use gradus_tmcl::catalogue::TMCM_3351;
+    use gradus_tmcl::catalogue::{MODULES, TMCM_3351};
 
     use super::*;
 
@@ -192,34 +223,42 @@ mod tests {
     }
 
     fn filled(byte: u8) -> Eeprom<Bytes> {
-        Eeprom::new(&TMCM_3351, Bytes(std::vec![byte; store_size(&TMCM_3351) as usize]))
+        filled_for(&TMCM_3351, byte)
     }
 
-    fn keys() -> impl Iterator<Item = Key> {
-        let axes = usize::from(TMCM_3351.axes);
-        (0..TMCM_3351.program_len)
+    fn filled_for(module: &'static Module, byte: u8) -> Eeprom<Bytes> {
+        Eeprom::new(module, Bytes(std::vec![byte; store_size(module) as usize]))
+    }
+
+    fn keys(module: &'static Module) -> impl Iterator<Item = Key> {
+        let axes = usize::from(module.axes);
+        let rows = if stores_axis_parameters(module) { module.axis_parameters.len() } else { 0 };
+        (0..module.program_len)
             .map(Key::Program)
-            .chain((0..TMCM_3351.global_parameters.len()).map(Key::Global))
+            .chain((0..module.global_parameters.len()).map(Key::Global))
             .chain((0..STORED_VARIABLES).map(Key::Variable))
             .chain(
-                (0..TMCM_3351.coordinates)
+                (0..module.coordinates)
                     .flat_map(move |number| (0..axes).map(move |axis| Key::Coordinate(number, axis))),
             )
+            .chain((0..rows).flat_map(move |row| (0..axes).map(move |axis| Key::Axis(row, axis))))
     }
 
     #[test]
     fn every_key_has_a_record_of_its_own_and_they_fill_the_memory() {
-        let eeprom = filled(0);
-        let records: BTreeSet<u32> = keys().map(|key| eeprom.record(key)).collect();
-        assert_eq!(records.len(), keys().count());
-        assert_eq!(records.last().map(|last| (last + 1) * RECORD), Some(store_size(&TMCM_3351)));
+        for module in MODULES.iter().copied() {
+            let eeprom = filled_for(module, 0);
+            let records: BTreeSet<u32> = keys(module).map(|key| eeprom.record(key)).collect();
+            assert_eq!(records.len(), keys(module).count(), "{}", module.name);
+            assert_eq!(records.last().map(|last| (last + 1) * RECORD), Some(store_size(module)), "{}", module.name);
+        }
     }
 
     #[test]
     fn memory_of_equal_bytes_holds_nothing() {
         for byte in [0, 0xff] {
             let mut eeprom = filled(byte);
-            assert!(keys().all(|key| eeprom.load(key).is_none()), "bytes of {byte}");
+            assert!(keys(&TMCM_3351).all(|key| eeprom.load(key).is_none()), "bytes of {byte}");
         }
     }
 

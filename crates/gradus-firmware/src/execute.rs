@@ -160,6 +160,8 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::AAP => self.set_axis_parameter(kind, motor, accumulator)?,
             Opcode::SAPX => self.set_axis_parameter(kind, axis_in(x)?, value)?,
             Opcode::AAPX => self.set_axis_parameter(kind, axis_in(x)?, accumulator)?,
+            Opcode::STAP => self.store_axis_parameter(kind, motor)?,
+            Opcode::RSAP => self.restore_axis_parameter(kind, motor)?,
             Opcode::ROR => self.rotate(motor, value, 1)?,
             Opcode::ROL => self.rotate(motor, value, -1)?,
             Opcode::RORA => self.rotate(motor, accumulator, 1)?,

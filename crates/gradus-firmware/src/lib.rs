@@ -36,6 +36,7 @@ mod program;
 mod reference_search;
 mod settings;
 mod speed;
+mod stap;
 mod steppers;
 mod supervision;
 

@@ -98,6 +98,8 @@ impl<P: Ports, S: Store> Module<P, S> {
                 *seen = switches;
             }
         }
+        self.restore_axis_parameters();
+        self.wake_axes();
         if self.globals.get(Gp::AutoStart) != 0 {
             self.start_program(State::Run);
         }

@@ -117,7 +117,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     #[inline]
-    fn axis_row(&self, number: u8) -> Result<&'static AxisParameter, Status> {
+    pub(crate) fn axis_row(&self, number: u8) -> Result<&'static AxisParameter, Status> {
         self.catalogue.axis_parameter(number).ok_or(Status::WRONG_TYPE)
     }
 

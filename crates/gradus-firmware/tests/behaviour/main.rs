@@ -13,5 +13,6 @@ mod motion;
 mod parameters;
 mod programs;
 mod properties;
+mod stap;
 mod stops;
 mod support;
