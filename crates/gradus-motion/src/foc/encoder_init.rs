@@ -1,0 +1,89 @@
+//! Finding the rotor's angle with an encoder that only counts.
+
+use super::settings::EncoderGains;
+
+/// State of the initialisation (TMCM-1617 manual, axis parameter 103; the numbers are those of the parameter).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(u8)]
+pub enum InitState {
+    /// Nothing to do: not begun, or done.
+    #[default]
+    Idle = 0,
+    /// The current for the alignment is being built up; with hall sensors: has begun.
+    Start = 1,
+    /// The rotor settles; with hall sensors: waits for one of them to change.
+    Wait = 2,
+    /// The offset is being taken.
+    Estimate = 3,
+}
+
+/// An alignment of the rotor: what the field does in each cycle.
+///
+/// The chip maker's procedure puts a voltage at angle zero and waits. A rotor that stands opposite, where the field does not turn it, would
+/// stay there; and nothing says what voltage it is. So here, in quarters of the time:
+/// 1. the flux regulator brings the open-loop current to flow a quarter turn ahead,
+/// 2. the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current does not), and the field turns to zero,
+/// 3. and 4. the rotor settles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Alignment {
+    elapsed: u32,
+    angle_q32: u32,
+}
+
+/// What an alignment wants in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pull {
+    /// Regulates the current along this angle.
+    Current(i16),
+    /// Holds the voltage along this angle.
+    Voltage(i16),
+    /// The rotor is at zero.
+    Done,
+}
+
+/// A quarter turn.
+const AHEAD_Q32: u32 = 1 << 30;
+
+impl Alignment {
+    pub(crate) fn new() -> Self {
+        Self { elapsed: 0, angle_q32: AHEAD_Q32 }
+    }
+
+    #[inline]
+    pub(crate) fn cycle(&mut self, gains: &EncoderGains) -> Pull {
+        self.elapsed += 1;
+        if self.elapsed <= gains.quarter_cycles {
+            return Pull::Current((self.angle_q32 >> 16) as i16);
+        }
+        if self.elapsed > 4 * gains.quarter_cycles {
+            return Pull::Done;
+        }
+        self.angle_q32 = self.angle_q32.saturating_sub(gains.sweep_q32);
+        if self.elapsed > 2 * gains.quarter_cycles {
+            self.angle_q32 = 0;
+        }
+        Pull::Voltage((self.angle_q32 >> 16) as i16)
+    }
+
+    /// True while the field still stands a quarter turn ahead.
+    pub(crate) fn builds_up(&self, gains: &EncoderGains) -> bool {
+        self.elapsed <= gains.quarter_cycles
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::ServoSettings;
+    use super::*;
+
+    #[test]
+    fn field_stands_then_turns_to_zero_then_waits() {
+        let gains = ServoSettings::default().gains().encoder;
+        let mut alignment = Alignment::new();
+        let pulls: std::vec::Vec<_> = (0..25_000).map(|_| alignment.cycle(&gains)).collect();
+        assert_eq!((pulls[0], pulls[6_249]), (Pull::Current(0x4000), Pull::Current(0x4000)));
+        assert_eq!(pulls[9_374], Pull::Voltage(0x2000));
+        assert_eq!((pulls[12_500], pulls[24_999]), (Pull::Voltage(0), Pull::Voltage(0)));
+        assert_eq!(alignment.cycle(&gains), Pull::Done);
+    }
+}
