@@ -18,7 +18,12 @@ pub struct Options {
     pub no_stop: bool,
     /// Folders to look in for included files, after the folder of the including file.
     pub include_dirs: Vec<PathBuf>,
+    /// Constants from outside, each written as in a program: `Speed = 1000`.
+    pub constants: Vec<String>,
 }
+
+/// What messages and listings call the constants of [`Options::constants`].
+const OUTSIDE: &str = "constants from outside";
 
 /// A label with its address.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -76,7 +81,9 @@ pub fn assemble(
 ) -> Assembly {
     let mut problems = Vec::new();
     let reader = Reader::new(module, &options.include_dirs, load, &mut problems);
-    let mut text = reader.read(Source::new(path, text));
+    let outside = options.constants.join("\n");
+    let outside = (!outside.is_empty()).then(|| Source::new(OUTSIDE, outside.as_bytes()));
+    let mut text = reader.read(Source::new(path, text), outside);
     text.names.resolve(&mut problems);
 
     let encoded: Vec<_> = text.commands.iter().map(|line| encode(&line.command, &text.names, &mut problems)).collect();
@@ -127,7 +134,8 @@ pub fn assemble_line(text: &str, module: &'static Module) -> Result<Instruction,
     let mut problems = Vec::new();
     let prelude: String = BUILT_IN.iter().map(|file| format!("#include {file}\n")).collect();
     let nothing = |_: &Path| Err(std::io::ErrorKind::NotFound.into());
-    let mut names = Reader::new(module, &[], &nothing, &mut problems).read(Source::new("", prelude.as_bytes())).names;
+    let mut names =
+        Reader::new(module, &[], &nothing, &mut problems).read(Source::new("", prelude.as_bytes()), None).names;
     names.resolve(&mut problems);
 
     let span = Span { source: 0, start: 0, end: text.len() };

@@ -53,9 +53,12 @@ impl<'a> Reader<'a> {
         Self { module, include_dirs, load, text, open: Vec::new(), problems }
     }
 
-    /// Reads a program with all that it includes.
-    pub fn read(mut self, program: Source) -> Text {
+    /// Reads a program with all that it includes, and then the constants that come from outside.
+    pub fn read(mut self, program: Source, outside: Option<Source>) -> Text {
         self.file(Source { path: normal(&program.path), ..program });
+        if let Some(outside) = outside {
+            self.file(outside);
+        }
         self.text
     }
 

@@ -7,7 +7,7 @@ use gradus_asm::{Assembly, BUILT_IN, Options, assemble, assemble_line, built_in,
 use gradus_tmcl::Opcode;
 use gradus_tmcl::catalogue::{MODULES, Module, TMCM_351, TMCM_1617, TMCM_3351};
 
-const KEEP: Options = Options { no_stop: true, include_dirs: Vec::new() };
+const KEEP: Options = Options { no_stop: true, include_dirs: Vec::new(), constants: Vec::new() };
 
 fn with_files(text: &[u8], files: &[(&str, &str)], module: &'static Module, options: &Options) -> Assembly {
     let load = |path: &Path| {
@@ -31,6 +31,13 @@ fn commands(text: impl AsRef<[u8]>) -> String {
 fn numbers(assembly: &Assembly) -> String {
     let command = |i: &gradus_tmcl::Instruction| format!("{} {} {} {}", i.opcode.0, i.kind, i.motor, i.value);
     assembly.program.iter().map(command).collect::<Vec<_>>().join("; ")
+}
+
+#[test]
+fn constants_may_come_from_outside() {
+    let options = Options { constants: vec!["Motor = 2".into(), "speed = 10 * Unit".into()], ..KEEP };
+    let assembly = with_files(b"Unit = 100\nROR Motor, Speed", &[], &TMCM_3351, &options);
+    assert_eq!(numbers(&assembly), "1 0 2 1000");
 }
 
 #[test]

@@ -77,17 +77,46 @@ fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
     fs::read(file).with_context(|| format!("cannot read {}", file.display()))
 }
 
-/// Where the assembler looks for included files.
+/// What the assembler needs besides the source file.
 #[derive(clap::Args)]
-pub struct Includes {
+pub struct Surroundings {
     /// Folder to look in for included files, after the folder of the including file; may be given several times.
     #[arg(short = 'I', value_name = "DIR")]
     folders: Vec<PathBuf>,
+    /// Define a constant, as the line NAME = VALUE would; may be given several times.
+    #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = constant)]
+    constants: Vec<String>,
 }
 
-impl Includes {
-    /// The assembler's options with these folders.
+impl Surroundings {
+    /// The assembler's options with these folders and constants.
     pub fn options(&self) -> Options {
-        Options { include_dirs: self.folders.clone(), ..Options::default() }
+        Options { include_dirs: self.folders.clone(), constants: self.constants.clone(), ..Options::default() }
+    }
+}
+
+/// Takes the line that defines a constant; the assembler has a look at the value.
+fn constant(text: &str) -> Result<String, &'static str> {
+    let is_name = |name: &str| {
+        name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_')
+    };
+    let is_value = |value: &str| !value.trim().is_empty() && !value.contains('\n');
+    let fits = text.split_once('=').is_some_and(|(name, value)| is_name(name.trim()) && is_value(value));
+    if fits { Ok(text.into()) } else { Err("a name and a value are expected: Speed=1000") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::constant;
+
+    #[test]
+    fn a_constant_is_a_name_and_a_value() {
+        for text in ["Speed=1000", "_a1 = -2 * Speed", "x=0x10"] {
+            assert_eq!(constant(text).as_deref(), Ok(text));
+        }
+        for text in ["Speed", "Speed=", "=1", "1x=1", "STOP\nx=1", "x=1\nSTOP", "MVP ABS, 0=1"] {
+            assert!(constant(text).is_err(), "{text}");
+        }
     }
 }

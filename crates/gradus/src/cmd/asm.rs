@@ -9,7 +9,7 @@ use gradus_asm::{listing, symbols, to_bin};
 use gradus_tmcl::catalogue::{MODULES, Module};
 
 use crate::port;
-use crate::program::{Includes, assemble_file};
+use crate::program::{Surroundings, assemble_file};
 
 /// Assemble a program
 ///
@@ -20,6 +20,7 @@ use crate::program::{Includes, assemble_file};
 Examples:
   gradus asm two-positions.tmc                  writes two-positions.bin
   gradus asm main.tmc -o main.bin -I include    with a folder of included files
+  gradus asm main.tmc -D Speed=1000             with a constant from outside
   gradus asm main.tmc --listing                 shows address and bytes of each line")]
 pub struct Asm {
     /// Source file
@@ -31,7 +32,7 @@ pub struct Asm {
     #[arg(long, value_parser = port::module(MODULES), ignore_case = true, default_value = "tmcm-3351")]
     module: &'static Module,
     #[command(flatten)]
-    includes: Includes,
+    surroundings: Surroundings,
     /// Write the labels, one `label address` a line
     #[arg(long, value_name = "FILE")]
     symbols: Option<PathBuf>,
@@ -45,7 +46,7 @@ pub struct Asm {
 
 impl Asm {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let options = gradus_asm::Options { no_stop: self.no_stop, ..self.includes.options() };
+        let options = gradus_asm::Options { no_stop: self.no_stop, ..self.surroundings.options() };
         let assembly = assemble_file(&self.file, self.module, &options)?;
         let output = self.output.unwrap_or_else(|| self.file.with_extension("bin"));
         write(&output, &to_bin(&assembly.program))?;

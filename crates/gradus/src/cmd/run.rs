@@ -17,7 +17,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::output::{Output, plot_file, record_file};
 use crate::port::{self, Port};
-use crate::program::{Includes, Program};
+use crate::program::{Program, Surroundings};
 use crate::recording::{Probe, Recording, Sample};
 use crate::signal::Channel;
 use crate::view::View;
@@ -47,7 +47,7 @@ pub struct Run {
     #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
     module: Option<&'static Module>,
     #[command(flatten)]
-    includes: Includes,
+    surroundings: Surroundings,
     /// Time to run: 500ms, 60s, 2m, 1h; until the program stops if left out
     #[arg(long = "for", value_name = "DURATION", value_parser = span::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
@@ -105,7 +105,7 @@ impl Run {
         let probe = self.probe(&mut session)?;
         let outputs =
             self.plot.iter().chain(&self.record).map(|file| Output::create(file)).collect::<Result<Vec<_>, _>>()?;
-        let program = Program::load(&self.file, module, &self.includes.options())?;
+        let program = Program::load(&self.file, module, &self.surroundings.options())?;
         load(&mut session, &program.commands)?;
         session.reset()?;
         session.run()?;
