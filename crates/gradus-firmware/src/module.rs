@@ -134,6 +134,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         &mut self.ports
     }
 
+    /// The hardware, to look at.
+    pub fn ports_ref(&self) -> &P {
+        &self.ports
+    }
+
     /// The memory that survives a loss of power.
     pub fn store(&mut self) -> &mut S {
         &mut self.eeprom.store

@@ -1,91 +1,376 @@
-//! Rigid axis: the rotor is where the coil vector points.
+//! An axis: driver chip, motor, travel with switches, encoder.
+//!
+//! The rotor is either rigid, and then it follows the coil vector at once and time has no meaning, or a motor with physics,
+//! which moves in steps of 100 us when [`StepperAxis::advance`] is called. An axis whose rotor has come to rest falls
+//! asleep: it costs nothing until a new vector, or anybody, wakes it.
+//!
+//! A motor rests when it was slower than 0.02 turns an hour for 5 ms, which is longer than a period of its resonance, under a
+//! vector that stood. Its winding goes on warming or cooling; that has a closed form.
 
+use crate::contacts::{Contacts, STEP_US};
+use crate::driver::{CoilFault, Driver, DriverSettings, DriverState};
 use crate::encoder::NullLatch;
-use crate::{Encoder, NullEvent, Switch, Travel};
+use crate::motors::{Mechanics, Motor};
+use crate::rigid::RigidRotor;
+use crate::stepper::{Coil, Currents, Drive, Field, STEP_S, Stepper};
+use crate::winding::Winding;
+use crate::{Encoder, NullEvent, Surroundings, Switch, Travel};
 
 /// Microsteps in a full step of the motor.
 pub const MICROSTEPS_PER_FULL_STEP: u32 = 256;
 
-/// Four full steps, after which the coil vector is the same again.
-const ELECTRICAL_PERIOD: i64 = 4 * MICROSTEPS_PER_FULL_STEP as i64;
+/// Current of the module at full scale in amperes RMS, unless told otherwise: TMCM-3351.
+const FULL_SCALE_A: f64 = 3.3;
 
-/// A stepper motor that never loses a step, with what it moves.
-///
-/// Without current the rotor stays where it is. The first vector after that pulls it to the nearest place with that
-/// electrical angle, at most two full steps away, as a real motor does.
+/// Microsteps a step below which a rotor stands, if for so many steps.
+const REST_SPEED: f64 = 1e-3;
+const REST_STEPS: u8 = 50;
+
 #[derive(Clone, PartialEq, Debug)]
-pub struct RigidAxis {
-    position: i64,
-    /// The vector that holds the rotor, `None` without current.
-    held_at: Option<i32>,
-    full_steps_per_turn: u32,
+enum Rotor {
+    Rigid { rotor: RigidRotor, full_steps: u32 },
+    Motor(Box<Stepper>),
+}
+
+/// One axis of a machine.
+#[derive(Clone, PartialEq, Debug)]
+pub struct StepperAxis {
+    rotor: Rotor,
+    driver: Driver,
+    winding: Winding,
+    /// The vector that was set, and that of the latest step.
+    phase: i32,
+    stepped_phase: i32,
+    /// Steps that the rotor has stood.
+    quiet: u8,
+    awake: bool,
+    /// When the latest step ended.
+    time_us: u64,
+    contacts: Contacts,
     forced: [Option<bool>; Switch::ALL.len()],
+    line: EncoderLine,
     null: Option<NullLatch>,
-    /// Where the switches stand.
+    /// Where the switches and end stops are.
     pub travel: Travel,
     /// The encoder on the shaft, if there is one.
     pub encoder: Option<Encoder>,
 }
 
-impl RigidAxis {
-    /// A motor with `full_steps_per_turn` at position 0, with the default encoder and without switches.
-    pub fn new(full_steps_per_turn: u32) -> Self {
+/// The line from the encoder to the module.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct EncoderLine {
+    /// Count at which the line was cut, if it is.
+    cut_at: Option<i64>,
+    /// Counts that were lost while it was cut.
+    lost: i64,
+}
+
+/// What an axis shows to instruments.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Readings {
+    /// Position of the shaft in microsteps of 1/256 full step, with fractions.
+    pub position: f64,
+    /// Speed of the shaft in turns a second.
+    pub speed_rps: f64,
+    /// External load in Nm, positive against the positive direction.
+    pub load_nm: f64,
+    /// Torque of the motor in Nm.
+    pub torque_nm: f64,
+    /// Electrical angle from the rotor to the coil vector in degrees, -180 to 180.
+    pub load_angle_deg: f64,
+    /// Length of the current vector in amperes RMS.
+    pub current_a: f64,
+    /// Temperature of the winding in degrees Celsius.
+    pub winding_c: f64,
+    /// Temperature of the driver chip in degrees Celsius.
+    pub driver_c: f64,
+    /// StallGuard2 reading, 0..=1023.
+    pub stallguard: u16,
+}
+
+impl StepperAxis {
+    /// An axis that never loses a step, at position 0, with the default encoder and without switches.
+    pub fn rigid(full_steps_per_turn: u32) -> Self {
+        Self::of(Rotor::Rigid { rotor: RigidRotor::default(), full_steps: full_steps_per_turn })
+    }
+
+    /// A motor that moves something, at position 0, with the default encoder and without switches.
+    pub fn with_motor(motor: Motor, mechanics: Mechanics, currents: Currents) -> Self {
+        Self::of(Rotor::Motor(Box::new(Stepper::new(motor, mechanics, currents))))
+    }
+
+    fn of(rotor: Rotor) -> Self {
         Self {
-            position: 0,
-            held_at: None,
-            full_steps_per_turn,
+            rotor,
+            driver: Driver::new(FULL_SCALE_A),
+            winding: Winding::default(),
+            phase: 0,
+            stepped_phase: 0,
+            quiet: 0,
+            awake: false,
+            time_us: 0,
+            contacts: Contacts::default(),
             forced: [None; Switch::ALL.len()],
+            line: EncoderLine::default(),
             null: None,
             travel: Travel::default(),
             encoder: Some(Encoder::default()),
         }
     }
 
-    /// Applies a coil vector. `phase` counts microsteps and wraps; between two calls with current the rotor follows its
-    /// difference, however large.
+    /// Gives the driver chip another current at full scale, in amperes RMS.
+    pub fn set_full_scale(&mut self, rms_a: f64) {
+        self.driver = Driver::new(rms_a);
+    }
+}
+
+impl Default for StepperAxis {
+    /// The default motor with the default load.
+    fn default() -> Self {
+        Self::with_motor(Motor::default(), Mechanics::default(), Currents::default())
+    }
+}
+
+// The power stage.
+impl StepperAxis {
+    /// Applies a coil vector. `phase` counts microsteps and wraps; `current` is 0..=255, 0 for none.
     #[inline]
     pub fn set_coils(&mut self, phase: i32, current: u8) {
-        if current == 0 {
-            self.held_at = None;
-            return;
+        let changed = self.driver.set_current(current) || phase != self.phase;
+        self.phase = phase;
+        if changed {
+            self.wake();
         }
-        self.position += match self.held_at {
-            Some(last) => i64::from(phase.wrapping_sub(last)),
-            None => nearest(i64::from(phase) - self.position),
-        };
-        self.held_at = Some(phase);
+        if let Rotor::Rigid { .. } = self.rotor {
+            self.follow();
+        }
+    }
+
+    /// A rigid rotor goes where its coils point, if they do.
+    fn follow(&mut self) {
+        let Rotor::Rigid { rotor, .. } = &mut self.rotor else { return };
+        let surroundings = Surroundings::default();
+        match self.driver.drive(0, surroundings.supply_v, surroundings.temperature_c) {
+            Drive::Current(_) | Drive::Voltage(_) => rotor.follow(self.phase, self.travel.ends),
+            Drive::Open | Drive::Shorted => rotor.release(),
+        }
+    }
+
+    /// Gives settings to the driver chip.
+    pub fn configure(&mut self, settings: DriverSettings) {
+        self.driver.settings = settings;
+        self.wake();
+    }
+
+    /// What the driver chip reports.
+    pub fn driver(&self) -> &DriverState {
+        &self.driver.state
     }
 
     /// Takes the current away.
     pub fn release(&mut self) {
-        self.held_at = None;
+        self.set_coils(self.phase, 0);
+    }
+}
+
+// Time.
+impl StepperAxis {
+    /// True if time has a meaning for this axis.
+    pub fn lives(&self) -> bool {
+        matches!(self.rotor, Rotor::Motor(_)) || self.travel.bounces()
     }
 
-    /// Position of the rotor in microsteps, 0 where it was first.
+    /// True while the axis needs its steps.
+    #[inline]
+    pub fn is_awake(&self) -> bool {
+        self.awake
+    }
+
+    /// Lets the axis look at its surroundings anew.
+    pub fn wake(&mut self) {
+        self.awake = self.lives();
+        self.quiet = 0;
+    }
+
+    /// One step of 100 us, which ends at `now_us`; nothing while the axis sleeps. To be called for every multiple of
+    /// 100 us while it is awake.
+    #[inline]
+    pub fn advance(&mut self, now_us: u64, surroundings: &Surroundings) {
+        if !self.awake {
+            return;
+        }
+        let slept = (now_us.saturating_sub(self.time_us) / STEP_US).saturating_sub(1);
+        if slept > 0 {
+            self.winding.pass(slept);
+        }
+        self.time_us = now_us;
+        let stands = self.step(surroundings);
+        if self.travel.bounces() {
+            self.contacts.step(&self.travel, self.position());
+        }
+        self.quiet = if stands && self.contacts.are_quiet() { self.quiet + 1 } else { 0 };
+        self.awake = self.quiet < REST_STEPS;
+    }
+
+    /// A step of the motor; true if it stands.
+    fn step(&mut self, surroundings: &Surroundings) -> bool {
+        let turned = self.phase.wrapping_sub(core::mem::replace(&mut self.stepped_phase, self.phase));
+        let Rotor::Motor(motor) = &mut self.rotor else { return turned == 0 };
+        let Surroundings { supply_v: volts, temperature_c } = *surroundings;
+        let drive = self.driver.drive(turned, volts, temperature_c);
+        let ends = self.travel.ends;
+        let field = Field { phase: self.phase, turned, drive, volts, broken: self.driver.broken(), ends };
+        let before = motor.position();
+        motor.step(field);
+        let (vector, turn) = (f64::from(turned).abs(), f64::from(motor.motor.full_steps * MICROSTEPS_PER_FULL_STEP));
+        self.driver.observe(&field, &motor.reading, motor.position(), motor.emf_v(vector), vector / (STEP_S * turn));
+        self.winding.step(motor.reading.current_a / motor.rated_a(), temperature_c);
+        turned == 0 && (motor.position() - before).abs() < REST_SPEED
+    }
+
+    /// What instruments show at a time after the latest step.
+    pub fn readings(&self, now_us: u64, surroundings: &Surroundings) -> Readings {
+        let board_c = surroundings.temperature_c;
+        let slept = now_us.saturating_sub(self.time_us) / STEP_US;
+        let common = Readings {
+            position: self.position() as f64,
+            winding_c: self.winding.temperature_c(slept),
+            driver_c: self.driver.temperature_c(board_c),
+            stallguard: self.driver.state.load,
+            ..Readings::default()
+        };
+        match &self.rotor {
+            Rotor::Rigid { .. } => common,
+            Rotor::Motor(motor) => Readings {
+                position: motor.position(),
+                speed_rps: if self.awake { motor.speed_rps() } else { 0.0 },
+                load_nm: motor.mechanics().load_nm,
+                torque_nm: motor.reading.torque_nm,
+                load_angle_deg: motor.load_angle_deg(),
+                current_a: motor.reading.current_a * std::f64::consts::FRAC_1_SQRT_2,
+                ..common
+            },
+        }
+    }
+}
+
+// The shaft.
+impl StepperAxis {
+    /// Position of the shaft in microsteps, 0 where it was first.
+    #[inline]
     pub fn position(&self) -> i64 {
-        self.position
+        match &self.rotor {
+            Rotor::Rigid { rotor, .. } => rotor.position(),
+            Rotor::Motor(motor) => motor.microstep(),
+        }
     }
 
-    /// Puts the rotor somewhere else, by hand.
+    /// Puts the shaft somewhere else, by hand.
     pub fn place(&mut self, position: i64) {
-        self.position = position;
-        self.held_at = None;
+        self.shift((position - self.position()) as f64);
+        self.contacts.rest(&self.travel, position);
+    }
+
+    /// Turns the shaft by hand and lets it go.
+    pub fn push(&mut self, degrees: f64) {
+        self.shift(degrees / 360.0 * f64::from(self.microsteps_per_turn()));
+    }
+
+    fn shift(&mut self, microsteps: f64) {
+        match &mut self.rotor {
+            Rotor::Rigid { rotor, .. } => rotor.place(rotor.position() + microsteps.round() as i64),
+            Rotor::Motor(motor) => motor.place(motor.position() + microsteps),
+        }
+        self.wake();
+    }
+
+    /// Holds the shaft, or lets it go.
+    pub fn block(&mut self, blocked: bool) {
+        match &mut self.rotor {
+            Rotor::Rigid { rotor, .. } => rotor.blocked = blocked,
+            Rotor::Motor(motor) => motor.blocked = blocked,
+        }
+        self.wake();
+    }
+
+    /// What hangs on the shaft; a rigid axis does not feel it.
+    pub fn mechanics(&self) -> Option<&Mechanics> {
+        match &self.rotor {
+            Rotor::Rigid { .. } => None,
+            Rotor::Motor(motor) => Some(motor.mechanics()),
+        }
+    }
+
+    /// Changes what hangs on the shaft; without effect on a rigid axis.
+    pub fn set_mechanics(&mut self, mechanics: Mechanics) {
+        if let Rotor::Motor(motor) = &mut self.rotor {
+            motor.set_mechanics(mechanics);
+        }
+        self.wake();
     }
 
     /// Microsteps in a turn of the shaft.
     pub fn microsteps_per_turn(&self) -> u32 {
-        self.full_steps_per_turn * MICROSTEPS_PER_FULL_STEP
+        let full_steps = match &self.rotor {
+            Rotor::Rigid { full_steps, .. } => *full_steps,
+            Rotor::Motor(motor) => motor.motor.full_steps,
+        };
+        full_steps * MICROSTEPS_PER_FULL_STEP
     }
 
     /// Turns of the shaft as microsteps, rounded.
     pub fn microsteps(&self, turns: f64) -> i64 {
         (turns * f64::from(self.microsteps_per_turn())).round() as i64
     }
+}
 
+// Faults.
+impl StepperAxis {
+    /// Heats the driver chip to a temperature in degrees Celsius; `None` gives it back to the board.
+    pub fn heat(&mut self, temperature_c: Option<f64>) {
+        self.driver.heated_c = temperature_c;
+        self.wake();
+    }
+
+    /// Breaks a coil, or mends it.
+    pub fn set_coil(&mut self, coil: Coil, fault: CoilFault) {
+        self.driver.faults[coil as usize] = fault;
+        self.wake();
+    }
+
+    /// Cuts the line of the encoder, or mends it: counts are lost, and the counter goes on from where it stood.
+    pub fn cut_encoder(&mut self, cut: bool) {
+        if cut == self.line.cut_at.is_some() {
+            return;
+        }
+        let count = self.count_from_zero();
+        match self.line.cut_at.take() {
+            None => self.line.cut_at = Some(count),
+            Some(cut_at) => {
+                self.line.lost += self.count_from_zero() - cut_at;
+                self.null = self.null.take().map(|latch| latch.skip(self.count_from_zero()));
+            }
+        }
+    }
+
+    /// True while the line of the encoder is cut.
+    pub fn is_encoder_cut(&self) -> bool {
+        self.line.cut_at.is_some()
+    }
+}
+
+// Switches and encoder.
+impl StepperAxis {
     /// True when the switch is closed.
     #[inline]
     pub fn switch(&self, switch: Switch) -> bool {
-        self.forced[switch as usize].unwrap_or_else(|| self.travel.closes(switch, self.position))
+        self.forced[switch as usize].unwrap_or_else(|| {
+            if self.travel.bounces() {
+                self.contacts.level(switch)
+            } else {
+                self.travel.closes(switch, self.position())
+            }
+        })
     }
 
     /// Holds a switch open or closed, or gives it back to the travel (`None`).
@@ -101,11 +386,13 @@ impl RigidAxis {
     /// Counter of the encoder, wrapping; 0 for ever without one.
     #[inline]
     pub fn encoder_count(&self) -> i32 {
-        self.count_from_zero() as i32
+        self.count_from_zero().wrapping_sub(self.line.lost) as i32
     }
 
+    #[inline]
     fn count_from_zero(&self) -> i64 {
-        self.encoder.map_or(0, |encoder| encoder.count_from_zero(self.position, self.microsteps_per_turn()))
+        let count = |encoder: Encoder| encoder.count_from_zero(self.position(), self.microsteps_per_turn());
+        self.line.cut_at.unwrap_or_else(|| self.encoder.map_or(0, count))
     }
 
     /// What a null event of the encoder is from now on, `None` if nobody asks for one.
@@ -117,94 +404,9 @@ impl RigidAxis {
     pub fn take_null(&mut self) -> Option<i32> {
         let count = self.count_from_zero();
         let latched = self.null.as_mut()?.take(&self.encoder?, count)?;
-        Some(latched as i32)
+        Some(latched.wrapping_sub(self.line.lost) as i32)
     }
-}
-
-impl Default for RigidAxis {
-    /// A motor with 1.8 degrees a full step.
-    fn default() -> Self {
-        Self::new(200)
-    }
-}
-
-/// The shortest way to the same electrical angle: `distance` within half a period to either side.
-fn nearest(distance: i64) -> i64 {
-    (distance + ELECTRICAL_PERIOD / 2).rem_euclid(ELECTRICAL_PERIOD) - ELECTRICAL_PERIOD / 2
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn axis_after(vectors: &[(i32, u8)]) -> RigidAxis {
-        let mut axis = RigidAxis::default();
-        for (phase, current) in vectors {
-            axis.set_coils(*phase, *current);
-        }
-        axis
-    }
-
-    #[test]
-    fn rotor_follows_the_vector() {
-        let follows = |name, vectors: &[_], position| assert_eq!(axis_after(vectors).position(), position, "{name}");
-        follows("one vector", &[(100, 255)], 100);
-        follows("there and back", &[(0, 255), (51_200, 255), (-10, 128)], -10);
-        follows("phase wraps upwards", &[(0, 1), (i32::MAX, 1), (i32::MIN, 1)], i64::from(i32::MAX) + 1);
-        follows("phase wraps downwards", &[(0, 1), (i32::MIN, 1), (i32::MAX, 1)], i64::from(i32::MIN) - 1);
-        follows("moved without current", &[(0, 255), (300, 255), (5000, 0)], 300);
-        follows("caught again ahead", &[(0, 255), (300, 255), (300, 0), (1024 + 400, 255)], 400);
-        follows("restarted at phase 0", &[(0, 255), (51_300, 255), (0, 0), (0, 255)], 51_200);
-    }
-
-    #[test]
-    fn released_rotor_is_pulled_by_two_full_steps_at_most() {
-        for phase in -3000..3000 {
-            let mut axis = RigidAxis::default();
-            axis.place(70_007);
-            axis.set_coils(phase, 1);
-            assert!((axis.position() - 70_007).abs() <= 512, "phase {phase}");
-            assert_eq!((axis.position() - i64::from(phase)).rem_euclid(1024), 0, "phase {phase}");
-        }
-    }
-
-    #[test]
-    fn forced_switch_ignores_the_travel_until_it_is_given_back() {
-        let mut axis = RigidAxis::default();
-        axis.travel.left = Some(0);
-        for (forced, closed) in [(Some(false), false), (None, true), (Some(true), true)] {
-            axis.force_switch(Switch::Left, forced);
-            assert_eq!(axis.switch(Switch::Left), closed, "{forced:?}");
-        }
-    }
-
-    #[test]
-    fn encoder_follows_the_rotor_and_may_be_missing() {
-        let mut axis = axis_after(&[(0, 9), (51_200, 9)]);
-        assert_eq!(axis.encoder_count(), 4096);
-        axis.encoder = None;
-        assert_eq!(axis.encoder_count(), 0);
-    }
-
-    #[test]
-    fn null_event_is_latched_between_two_vectors() {
-        let mut axis = axis_after(&[(0, 9)]);
-        axis.encoder = Some(Encoder { index: Some(100), ..Encoder::default() });
-        axis.watch_null(Some(NullEvent { n: true, ab: None }));
-        for (phase, expected) in
-            [(1_000, None), (1_300, Some(100)), (1_400, None), (51_200, None), (60_000, Some(4_196))]
-        {
-            axis.set_coils(phase, 9);
-            assert_eq!(axis.take_null(), expected, "at {phase}");
-        }
-        axis.watch_null(None);
-        axis.set_coils(0, 9);
-        assert_eq!(axis.take_null(), None, "nobody asks");
-    }
-
-    #[test]
-    fn turns_become_microsteps() {
-        assert_eq!([0.5, -2.0, 1e-6].map(|turns| RigidAxis::default().microsteps(turns)), [25_600, -102_400, 0]);
-        assert_eq!(RigidAxis::new(400).microsteps_per_turn(), 102_400);
-    }
-}
+mod tests;

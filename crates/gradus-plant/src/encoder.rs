@@ -9,6 +9,8 @@ pub struct Encoder {
     pub index: Option<u32>,
     /// How far the coupling has slipped: the shaft is so many microsteps ahead of the encoder.
     pub slip: i64,
+    /// It counts down when the shaft turns in positive direction.
+    pub reversed: bool,
 }
 
 /// Levels of an encoder's channels; true is high.
@@ -32,7 +34,9 @@ impl Encoder {
     /// The same without the end of the counter's range.
     pub(crate) fn count_from_zero(&self, position: i64, microsteps_per_turn: u32) -> i64 {
         // Wraps only after years at full speed.
-        let counts = position.wrapping_sub(self.slip).wrapping_mul(i64::from(self.counts_per_turn));
+        let turned = position.wrapping_sub(self.slip);
+        let turned = if self.reversed { turned.wrapping_neg() } else { turned };
+        let counts = turned.wrapping_mul(i64::from(self.counts_per_turn));
         counts.div_euclid(i64::from(microsteps_per_turn.max(1)))
     }
 
@@ -50,7 +54,7 @@ impl Encoder {
 impl Default for Encoder {
     /// 1024 lines, which are 4096 counts a turn, with the index at 0.
     fn default() -> Self {
-        Self { counts_per_turn: 4096, index: Some(0), slip: 0 }
+        Self { counts_per_turn: 4096, index: Some(0), slip: 0, reversed: false }
     }
 }
 
@@ -80,6 +84,11 @@ pub(crate) struct NullLatch {
 impl NullLatch {
     pub(crate) fn new(event: NullEvent, count: i64) -> Self {
         Self { event, seen: count }
+    }
+
+    /// The same latch, which has not seen the way to `count`.
+    pub(crate) fn skip(self, count: i64) -> Self {
+        Self { seen: count, ..self }
     }
 
     /// Where the latest event has begun on the straight way to `count`, if there was one since the last call.
@@ -113,6 +122,15 @@ mod tests {
     }
 
     #[test]
+    fn reversed_encoder_counts_down() {
+        let encoder = Encoder { reversed: true, ..Encoder::default() };
+        assert_eq!(
+            [-51_200, -1, 0, 1, 51_200].map(|position| encoder.count(position, 51_200)),
+            [4096, 0, 0, -1, -4096]
+        );
+    }
+
+    #[test]
     fn counter_wraps_at_the_end_of_its_range() {
         let turns = (i64::from(i32::MAX) + 1) / 4096;
         assert_eq!(Encoder::default().count(turns * 51_200, 51_200), i32::MIN);
@@ -129,7 +147,7 @@ mod tests {
 
     #[test]
     fn index_is_one_count_wide_once_a_turn() {
-        let encoder = Encoder { counts_per_turn: 100, index: Some(7), slip: 0 };
+        let encoder = Encoder { counts_per_turn: 100, index: Some(7), ..Encoder::default() };
         let high: Vec<i64> = (-150..250).filter(|count| encoder.channels(*count).n).collect();
         assert_eq!(high, [-93, 7, 107, 207]);
     }
@@ -137,7 +155,7 @@ mod tests {
     #[test]
     fn null_event_begins_where_the_channels_come_to_their_levels() {
         let (low, high) = (false, true);
-        let encoder = Encoder { counts_per_turn: 100, index: Some(8), slip: 0 };
+        let encoder = Encoder { counts_per_turn: 100, index: Some(8), ..Encoder::default() };
         for (n, ab, from, to, expected) in [
             (high, None, 0, 20, Some(8)),
             (high, None, 20, 0, Some(8)),

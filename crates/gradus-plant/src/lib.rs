@@ -1,16 +1,29 @@
 //! Simulated machines: what hangs on the connectors of a motion-control module.
 //!
-//! A [`RigidAxis`] turns with the coil vector of its stepper motor, closes switches along its [`Travel`] and moves an
-//! [`Encoder`] with an index. Lengths are microsteps of 1/256 full step, a unit that is exact in integers; everything is deterministic.
+//! A [`StepperAxis`] is a driver chip with a motor, its load, the [`Travel`] with switches and end stops, and an
+//! [`Encoder`] with an index. Its rotor is rigid, which turns with the coil vector, or that of a [`Motor`] with inertia,
+//! friction and load, which loses steps. Lengths are microsteps of 1/256 full step.
 //!
-//! Not here: motors with inertia and load, which lose steps.
+//! Everything is deterministic, and equal to the bit on every machine: floating-point numbers are only added, multiplied,
+//! divided, and their square roots taken.
 
 mod axis;
+mod contacts;
+mod driver;
 mod encoder;
+mod motors;
+mod rigid;
+mod stepper;
 mod surroundings;
 mod travel;
+mod trigonometry;
+mod winding;
 
-pub use axis::{MICROSTEPS_PER_FULL_STEP, RigidAxis};
+pub use axis::{MICROSTEPS_PER_FULL_STEP, Readings, StepperAxis};
+pub use contacts::STEP_US;
+pub use driver::{CoilFault, CoolStep, DriverSettings, DriverState, StealthChop};
 pub use encoder::{Channels, Encoder, NullEvent};
+pub use motors::{MOTORS, Mechanics, Motor};
+pub use stepper::{Coil, Currents};
 pub use surroundings::Surroundings;
 pub use travel::{Home, Switch, Travel};

@@ -1,4 +1,4 @@
-//! Travel: where the switches of an axis stand.
+//! Travel: where the switches and end stops of an axis stand.
 
 /// A switch along the travel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -25,7 +25,7 @@ pub struct Home {
     pub width: u64,
 }
 
-/// Where the switches stand, in microsteps; `None`: there is no such switch.
+/// Where the switches and end stops are, in microsteps; `None`: there is no such thing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Travel {
     /// The left switch is closed here and in all positions below.
@@ -34,9 +34,18 @@ pub struct Travel {
     pub right: Option<i64>,
     /// The home switch is closed over the width of its vane.
     pub home: Option<Home>,
+    /// End stops: the carriage goes no further left, and no further right.
+    pub ends: [Option<i64>; 2],
+    /// How long the contact of each switch bounces, in microseconds, in steps of 100.
+    pub bounce_us: [u32; Switch::ALL.len()],
 }
 
 impl Travel {
+    /// True if a contact bounces.
+    pub fn bounces(&self) -> bool {
+        self.bounce_us != [0; Switch::ALL.len()]
+    }
+
     /// True when the carriage closes the switch at `position`.
     pub fn closes(&self, switch: Switch, position: i64) -> bool {
         match switch {
@@ -53,7 +62,12 @@ mod tests {
 
     #[test]
     fn carriage_closes_switches_along_its_travel() {
-        let travel = Travel { left: Some(-1000), right: Some(2000), home: Some(Home { middle: 500, width: 20 }) };
+        let travel = Travel {
+            left: Some(-1000),
+            right: Some(2000),
+            home: Some(Home { middle: 500, width: 20 }),
+            ..Travel::default()
+        };
         let cases = [
             (-1001, [true, false, false]),
             (-1000, [true, false, false]),

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use gradus_firmware::{Link, LinkKind, Module};
+use gradus_plant::STEP_US;
 use gradus_tmcl::catalogue::{self, Ap, TMCM_3351};
 
 use crate::console::Change;
@@ -54,9 +55,14 @@ impl Bench {
         Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0 }
     }
 
-    /// A module with an erased EEPROM on a machine of rigid axes without switches.
+    /// A module with an erased EEPROM on a machine of default motors without switches.
     pub fn with_defaults(catalogue: &'static catalogue::Module) -> Self {
         Self::new(catalogue, Machine::new(catalogue.axes.into()), Eeprom::of(catalogue))
+    }
+
+    /// The same with axes that never lose a step: exact, and without cost while they rest.
+    pub fn rigid(catalogue: &'static catalogue::Module) -> Self {
+        Self::new(catalogue, Machine::rigid(catalogue.axes.into()), Eeprom::of(catalogue))
     }
 
     /// The module's tables.
@@ -75,7 +81,8 @@ impl Bench {
     /// When something happens next if nobody does anything; `None`: never, or not before the power is back.
     pub fn next_event(&self) -> Option<u64> {
         let change = self.schedule.front().map(|(at_us, _)| *at_us);
-        let next = [self.next_of_board(), change].into_iter().flatten().min();
+        let step = self.machine_ref().is_awake().then(|| next_step(self.now_us));
+        let next = [self.next_of_board(), change, step].into_iter().flatten().min();
         next.map(|at_us| at_us.max(self.now_us))
     }
 
@@ -100,17 +107,40 @@ impl Bench {
         while let Some((at_us, change)) = self.schedule.pop_front_if(|(at_us, _)| *at_us <= end_us) {
             self.pass(at_us);
             change.apply(self);
+            self.machine().wake();
             self.pass(at_us);
         }
         self.pass(end_us);
     }
 
-    /// Lets the module do all that is due up to `end_us`, during which nothing changes from outside.
+    /// Lets module and machine do all that is due up to `end_us`, during which nothing changes from outside.
+    ///
+    /// The motors take a step at every multiple of 100 us while one of them is awake. Up to there the module sees them as
+    /// they were after the step before; what it does at that very time comes after the step.
     fn pass(&mut self, end_us: u64) {
-        self.now_us = end_us;
-        if let Board::On { firmware, since_us } = &mut self.board {
-            firmware.poll(self.now_us - *since_us);
+        while let Some(step_us) = self.next_of_machine().filter(|step_us| *step_us <= end_us) {
+            self.poll(step_us - 1);
+            self.machine().advance(step_us);
+            self.now_us = step_us;
         }
+        self.now_us = end_us;
+        self.poll(end_us);
+    }
+
+    fn poll(&mut self, to_us: u64) {
+        if let Board::On { firmware, since_us } = &mut self.board {
+            firmware.poll(to_us.saturating_sub(*since_us));
+        }
+    }
+
+    /// When the motors take their next step: while all of them sleep, not before the module has done something.
+    fn next_of_machine(&self) -> Option<u64> {
+        let machine = self.machine_ref();
+        if machine.is_awake() {
+            return Some(next_step(self.now_us));
+        }
+        let due_us = self.next_of_board().filter(|_| machine.lives())?;
+        Some(next_step(due_us.max(self.now_us)))
     }
 
     /// Moves time on by so many microseconds.
@@ -207,6 +237,13 @@ impl Bench {
         }
     }
 
+    fn machine_ref(&self) -> &Machine {
+        match &self.board {
+            Board::On { firmware, .. } => firmware.ports_ref(),
+            Board::Off(parts) => &parts.0,
+        }
+    }
+
     /// The memory of the module.
     pub fn eeprom(&mut self) -> &mut Eeprom {
         match &mut self.board {
@@ -229,9 +266,14 @@ impl Bench {
     }
 }
 
+/// The step of the motors that ends next after a time.
+fn next_step(time_us: u64) -> u64 {
+    (time_us / STEP_US).saturating_add(1).saturating_mul(STEP_US)
+}
+
 #[cfg(test)]
 mod tests {
-    use gradus_plant::Travel;
+    use gradus_plant::{Mechanics, Travel};
     use gradus_tmcl::catalogue::TMCM_3351;
     use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
@@ -245,7 +287,10 @@ mod tests {
 
     impl Host {
         fn new() -> Self {
-            let mut bench = Bench::with_defaults(&TMCM_3351);
+            Self::at(Bench::rigid(&TMCM_3351))
+        }
+
+        fn at(mut bench: Bench) -> Self {
             let link = bench.attach(LinkKind::Usb, 0);
             Self { bench, link }
         }
@@ -290,22 +335,45 @@ mod tests {
 
     #[test]
     fn time_may_pass_in_any_portions() {
-        let positions = [1_500_000, 100_000, 7_919].map(|portion_us| {
-            let mut host = Host::new();
-            host.tell(Opcode::ROR, 0, 0, 30_000);
-            while host.bench.now() < 1_500_000 {
-                host.bench.run_until((host.bench.now() + portion_us).min(1_500_000));
-            }
-            (host.shaft(0), host.get(0, Ap::ActualPosition))
-        });
-        assert_eq!(positions[0], positions[1]);
-        assert_eq!(positions[0], positions[2]);
-        assert_ne!(positions[0].0, 0);
+        for build in [Bench::rigid, Bench::with_defaults] {
+            let positions = [1_500_000, 100_000, 7_919, 100, 99].map(|portion_us| {
+                let mut host = Host::at(build(&TMCM_3351));
+                host.tell(Opcode::ROR, 0, 0, 30_000);
+                while host.bench.now() < 1_500_000 {
+                    host.bench.run_until((host.bench.now() + portion_us).min(1_500_000));
+                }
+                (host.bench.machine().clone(), host.get(0, Ap::ActualPosition))
+            });
+            assert!(positions.iter().all(|position| *position == positions[0]));
+            assert_ne!(positions[0].1, 0);
+        }
+    }
+
+    #[test]
+    fn motors_follow_and_come_to_rest() {
+        let mut host = Host::at(Bench::with_defaults(&TMCM_3351));
+        host.tell(Opcode::MVP, 0, 0, 51_200);
+        host.bench.run_for(5 * SECOND_US);
+        let shaft = host.shaft(0);
+        assert!(shaft.abs_diff(51_200) < 30, "shaft at {shaft}");
+        assert_eq!(host.bench.next_event(), None);
+    }
+
+    #[test]
+    fn change_of_the_machine_wakes_a_motor_that_rests() {
+        let mut host = Host::at(Bench::with_defaults(&TMCM_3351));
+        host.bench.run_for(10 * SECOND_US);
+        let mechanics = *host.bench.machine().axes[0].plant.mechanics().unwrap();
+        host.bench.machine().axes[0].plant.set_mechanics(Mechanics { load_nm: 0.1, ..mechanics });
+        assert_eq!(host.bench.next_event(), Some(10 * SECOND_US + 100));
+        host.bench.run_for(SECOND_US);
+        assert!((-120..-60).contains(&host.shaft(0)), "standby current holds at {}", host.shaft(0));
+        assert_eq!(host.bench.next_event(), None);
     }
 
     #[test]
     fn time_never_goes_back() {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        let mut bench = Bench::rigid(&TMCM_3351);
         bench.run_until(500);
         bench.run_until(100);
         assert_eq!(bench.now(), 500);
@@ -332,7 +400,7 @@ mod tests {
 
     #[test]
     fn changes_of_one_time_happen_in_the_order_of_scheduling() {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        let mut bench = Bench::rigid(&TMCM_3351);
         for line in ["power off", "in 3 1", "power on", "in 3 0"] {
             bench.schedule(SECOND_US, Change::parse(line, &TMCM_3351).unwrap());
         }
@@ -345,7 +413,7 @@ mod tests {
 
     #[test]
     fn power_that_is_scheduled_comes_back() {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        let mut bench = Bench::rigid(&TMCM_3351);
         bench.power_off();
         bench.schedule(SECOND_US, Change::parse("power on", &TMCM_3351).unwrap());
         assert_eq!(bench.next_event(), Some(SECOND_US));

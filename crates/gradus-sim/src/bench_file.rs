@@ -40,7 +40,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use gradus_plant::{Encoder, Home, RigidAxis, Travel};
+use gradus_plant::{Encoder, Home, StepperAxis, Travel};
 use gradus_tmcl::catalogue::Module;
 use serde::Deserialize;
 use toml::Spanned;
@@ -210,7 +210,7 @@ impl Document {
 
 impl AxisTable {
     fn build(&self) -> MachineAxis {
-        let mut plant = RigidAxis::new(self.full_steps);
+        let mut plant = StepperAxis::rigid(self.full_steps);
         let microsteps = |length: f64| plant.microsteps(length / self.travel_per_turn);
         let start = microsteps(self.start);
         let home =
@@ -219,6 +219,7 @@ impl AxisTable {
             left: self.travel.left.as_ref().map(|end| microsteps(end.at)),
             right: self.travel.right.as_ref().map(|end| microsteps(end.at)),
             home: self.travel.home.as_ref().map(home),
+            ..Travel::default()
         };
         plant.encoder = self.encoder.as_ref().map(EncoderTable::build);
         plant.place(start);
@@ -228,7 +229,7 @@ impl AxisTable {
 
 impl EncoderTable {
     fn build(&self) -> Encoder {
-        Encoder { counts_per_turn: self.counts_per_turn, index: self.index, slip: 0 }
+        Encoder { counts_per_turn: self.counts_per_turn, index: self.index, ..Encoder::default() }
     }
 }
 
@@ -276,7 +277,7 @@ mod tests {
         BenchFile::parse(text).unwrap_or_else(|problem| panic!("{problem}"))
     }
 
-    fn axis(text: &str) -> RigidAxis {
+    fn axis(text: &str) -> StepperAxis {
         parsed(&format!("module = \"tmcm-3351\"\n{text}")).machine.axes[0].plant.clone()
     }
 
@@ -292,7 +293,7 @@ mod tests {
     fn what_is_not_named_does_not_exist() {
         let file = parsed("module = \"TMCM-3351\"");
         assert_eq!((file.module.name, file.events.len(), file.machine.axes.len()), ("TMCM-3351", 0, 3));
-        let mut bare = RigidAxis::default();
+        let mut bare = StepperAxis::rigid(200);
         bare.encoder = None;
         assert!(file.machine.axes.iter().all(|axis| axis.plant == bare));
         assert_eq!(file.machine.io, MachineIo::default());
@@ -310,7 +311,9 @@ mod tests {
             let switches =
                 "start = 2\ntravel = { left = { at = -1 }, right = { at = 2.0 }, home = { at = 1, width = 2 } }";
             let axis = axis(&format!("[axis.0]\n{keys}\n{switches}"));
-            let Travel { left: left_end, right: right_end, home: Some(vane) } = axis.travel else { panic!("{keys}") };
+            let Travel { left: left_end, right: right_end, home: Some(vane), .. } = axis.travel else {
+                panic!("{keys}")
+            };
             assert_eq!((left_end, right_end), (Some(left), Some(right)), "{keys}");
             assert_eq!((vane, axis.position()), (Home { middle: home, width: right as u64 }, right), "{keys}");
         }

@@ -33,6 +33,7 @@ pub fn execute(line: &str, bench: &mut Bench) -> Result<String, ConsoleError> {
         Some((Action::Tell(tell), _)) => Ok(tell(bench)),
         Some((Action::Do(change), operands)) => {
             change(bench, &operands);
+            bench.machine().wake();
             bench.run_for(0);
             Ok(String::new())
         }
@@ -243,7 +244,7 @@ mod tests {
     use super::*;
 
     fn bench() -> Bench {
-        Bench::with_defaults(&TMCM_3351)
+        Bench::rigid(&TMCM_3351)
     }
 
     fn after(lines: &[&str]) -> Bench {

@@ -1,7 +1,7 @@
 //! The hardware of a simulated module: plants behind the ports of the firmware.
 
 use gradus_firmware::{AxisInputs, DriverState, NullEvent, Ports, StepperStage, Steppers, Switches};
-use gradus_plant::{RigidAxis, Switch};
+use gradus_plant::{StepperAxis, Switch};
 
 use crate::MachineIo;
 
@@ -9,7 +9,7 @@ use crate::MachineIo;
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct MachineAxis {
     /// Motor, travel and encoder.
-    pub plant: RigidAxis,
+    pub plant: StepperAxis,
 }
 
 impl StepperStage for MachineAxis {
@@ -18,9 +18,19 @@ impl StepperStage for MachineAxis {
         self.plant.set_coils(phase, current);
     }
 
-    /// A rigid axis has no load and no faults.
     fn driver(&mut self) -> DriverState {
-        DriverState::default()
+        let state = self.plant.driver();
+        let flags = [
+            state.stalled,
+            state.overheated,
+            state.warm,
+            state.shorted[0],
+            state.shorted[1],
+            state.open[0],
+            state.open[1],
+        ];
+        let flags = flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u8::from(flag));
+        DriverState { load: state.load, flags }
     }
 }
 
@@ -57,9 +67,38 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// A machine of default axes.
+    /// A machine of default axes: motors with a light load and an encoder.
     pub fn new(axes: usize) -> Self {
         Self { axes: vec![MachineAxis::default(); axes], io: MachineIo::default() }
+    }
+
+    /// A machine of axes that never lose a step, with 200 full steps a turn and an encoder.
+    pub fn rigid(axes: usize) -> Self {
+        let axis = MachineAxis { plant: StepperAxis::rigid(200) };
+        Self { axes: vec![axis; axes], io: MachineIo::default() }
+    }
+
+    /// True if time has a meaning for an axis.
+    pub(crate) fn lives(&self) -> bool {
+        self.axes.iter().any(|axis| axis.plant.lives())
+    }
+
+    /// True while an axis needs its steps.
+    pub(crate) fn is_awake(&self) -> bool {
+        self.axes.iter().any(|axis| axis.plant.is_awake())
+    }
+
+    /// Lets all axes look at their surroundings anew.
+    pub(crate) fn wake(&mut self) {
+        self.axes.iter_mut().for_each(|axis| axis.plant.wake());
+    }
+
+    /// A step of all axes that are awake, which ends at `now_us`.
+    #[inline]
+    pub(crate) fn advance(&mut self, now_us: u64) {
+        for axis in &mut self.axes {
+            axis.plant.advance(now_us, &self.io.surroundings);
+        }
     }
 
     /// What the loss of power does: no current in the coils, all outputs low.

@@ -15,7 +15,7 @@ struct Host {
 
 impl Host {
     fn new() -> Self {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        let mut bench = Bench::rigid(&TMCM_3351);
         let link = bench.attach(LinkKind::Usb, 0);
         Self { bench, link }
     }
@@ -196,7 +196,7 @@ mod served {
 
     /// How often the thread of a server asks for memory while a client comes and sends so many commands, three axes moving.
     fn while_serving(endpoint: Endpoint, commands: usize) -> u64 {
-        let bench = Bench::with_defaults(&TMCM_3351);
+        let bench = Bench::rigid(&TMCM_3351);
         let mut server = Server::open(bench, &[endpoint], Options::default()).unwrap();
         let (opened, stopper) = (server.endpoints()[0].clone(), server.stopper().unwrap());
         let thread = thread::spawn(move || allocations(|| server.run(None).unwrap()));

@@ -16,7 +16,7 @@ struct Host {
 impl Host {
     /// A bench with this encoder on axis 0, on which the commands have been executed.
     fn with(encoder: Encoder, commands: &[&str]) -> Self {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
+        let mut bench = Bench::rigid(&TMCM_3351);
         bench.machine().axes[0].plant.encoder = Some(encoder);
         let link = bench.attach(LinkKind::Usb, 0);
         let mut host = Self { bench, link };

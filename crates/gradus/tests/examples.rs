@@ -38,7 +38,7 @@ struct Rig {
 impl Rig {
     /// Downloads a program and starts it.
     fn running(program: &[Instruction]) -> Self {
-        Self::on(Bench::with_defaults(&TMCM_3351), program)
+        Self::on(Bench::rigid(&TMCM_3351), program)
     }
 
     /// Downloads a program into the module of a bench and starts it.
