@@ -88,7 +88,7 @@ fn svg(mut file: impl Write, recording: &Recording) -> anyhow::Result<()> {
 }
 
 /// Seconds, then the columns of the probe. A value that there is not is an empty field.
-fn csv(file: impl Write, Recording { probe, samples }: &Recording) -> anyhow::Result<()> {
+fn csv(file: impl Write, Recording { probe, samples, .. }: &Recording) -> anyhow::Result<()> {
     let mut table = csv::Writer::from_writer(file);
     let heading = probe.columns().map(|(axis, channel)| format!("axis {axis} {channel}"));
     table.write_record(std::iter::once("time [s]".into()).chain(heading))?;
@@ -100,7 +100,7 @@ fn csv(file: impl Write, Recording { probe, samples }: &Recording) -> anyhow::Re
 }
 
 /// Topics `axis/0`, `axis/1`, ... of JSON objects with a number for each signal. Time 0 is the start of the run.
-fn mcap(file: impl Write + Seek, Recording { probe, samples }: &Recording) -> anyhow::Result<()> {
+fn mcap(file: impl Write + Seek, Recording { probe, samples, .. }: &Recording) -> anyhow::Result<()> {
     let options = mcap::WriteOptions::new().compression(None).library(concat!("gradus ", env!("CARGO_PKG_VERSION")));
     let mut writer = options.create(BufWriter::new(file))?;
     let schema = writer.add_schema("gradus.Axis", "jsonschema", schema(&probe.channels).to_string().as_bytes())?;

@@ -4,24 +4,29 @@ use std::io;
 
 use anyhow::anyhow;
 use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use crate::recording::{Recording, Sample};
+use crate::recording::{Recording, Sample, Zone};
 
 /// Size of a chart in pixels.
 const CHART: (u32, u32) = (1000, 350);
 /// Points of a curve; more cannot be told apart.
 const POINTS: usize = 2000;
+/// Height of the line above a chart that says which curve is whose.
+const LEGEND: u32 = 20;
 /// Space above and below the curves, as a part of their height.
 const MARGIN: f64 = 0.05;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type DrawError = DrawingAreaErrorKind<io::Error>;
 
-/// A curve of one axis.
-struct Curve {
+/// A curve of one axis, with the zones that it runs through.
+struct Curve<'a> {
     axis: u8,
     points: Vec<(f64, f64)>,
+    zones: &'a [Zone],
 }
 
 /// An SVG of the axes on which something changed; of all of them if nothing did.
@@ -59,10 +64,11 @@ fn moved(recording: &Recording) -> Vec<usize> {
     if moved.is_empty() { all } else { moved }
 }
 
-fn curve(recording: &Recording, axis: usize, channel: usize) -> Curve {
+fn curve(recording: &Recording, axis: usize, channel: usize) -> Curve<'_> {
     let column = axis * recording.probe.channels.len() + channel;
     let point = |sample: &Sample| (sample.time.as_secs_f64(), sample.values[column]);
-    Curve { axis: recording.probe.axes[axis], points: thin(recording.samples.iter().map(point).collect()) }
+    let points = thin(recording.samples.iter().map(point).collect());
+    Curve { axis: recording.probe.axes[axis], points, zones: &recording.zones[column] }
 }
 
 /// Leaves lowest and highest of each group of points, so that no peak is lost.
@@ -85,11 +91,15 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
     let (low, high) = span(curves);
     let decimals = decimals(high - low);
     area.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(area)
+    let (head, body) = area.split_vertically(LEGEND);
+    let mut chart = ChartBuilder::on(&body)
         .margin(10)
         .x_label_area_size(40)
         .y_label_area_size(90)
         .build_cartesian_2d(0.0..end, low..high)?;
+    for curve in curves {
+        shade(&mut chart, curve)?;
+    }
     chart
         .configure_mesh()
         .x_desc("time [s]")
@@ -98,17 +108,37 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
         .y_label_formatter(&|value| format!("{value:.decimals$}"))
         .draw()?;
     for curve in curves {
-        let color = Palette99::pick(curve.axis.into()).to_rgba();
-        let line = LineSeries::new(curve.points.iter().copied(), &color);
-        let legend = move |(x, y)| PathElement::new([(x, y), (x + 20, y)], color);
-        chart.draw_series(line)?.label(format!("axis {}", curve.axis)).legend(legend);
+        chart.draw_series(LineSeries::new(curve.points.iter().copied(), color(curve)))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK)
-        .draw()?;
+    legend(&head, curves)
+}
+
+/// The zones of a curve, behind it.
+fn shade(chart: &mut Chart, curve: &Curve) -> Result<(), DrawError> {
+    let (time, values) = (chart.x_range(), chart.y_range());
+    for Zone { name, range: (from, to) } in curve.zones {
+        let (from, to) = (from.max(values.start), to.min(values.end));
+        if from < to {
+            let area = [(time.start, from), (time.end, to)];
+            chart.draw_series([Rectangle::new(area, color(curve).mix(0.12).filled())])?;
+            chart.draw_series([Text::new(*name, (time.end * 0.005, to), FONT)])?;
+        }
+    }
+    Ok(())
+}
+
+const FONT: (&str, i32) = ("sans-serif", 12);
+
+fn color(curve: &Curve) -> RGBAColor {
+    Palette99::pick(curve.axis.into()).to_rgba()
+}
+
+/// Which curve is whose, above the chart and out of the way of the curves.
+fn legend(area: &Area, curves: &[Curve]) -> Result<(), DrawError> {
+    for (x, curve) in (100..).step_by(90).zip(curves) {
+        area.draw(&PathElement::new([(x, 14), (x + 20, 14)], color(curve)))?;
+        area.draw(&Text::new(format!("axis {}", curve.axis), (x + 26, 8), FONT))?;
+    }
     Ok(())
 }
 
@@ -162,7 +192,8 @@ mod tests {
 
     #[test]
     fn curves_fill_their_chart() {
-        let curve = |values: &[f64]| Curve { axis: 0, points: values.iter().map(|value| (0.0, *value)).collect() };
+        let curve =
+            |values: &[f64]| Curve { axis: 0, points: values.iter().map(|value| (0.0, *value)).collect(), zones: &[] };
         for (values, expected) in [
             (&[10.0, 30.0, f64::NAN][..], (9.0, 31.0)),
             (&[5.0, 5.0], (4.0, 6.0)),
@@ -179,5 +210,13 @@ mod tests {
         let mentions = |text| svg.matches(text).count();
         assert_eq!((mentions("axis 0"), mentions("axis 1")), (0, 2), "one legend for position, one for speed");
         assert!(svg.contains("position [usteps]") && svg.contains("speed [pps]"));
+        assert_eq!(mentions("home"), 1, "the zone of its home switch");
+    }
+
+    #[test]
+    fn a_zone_that_no_curve_comes_near_is_left_out() {
+        let mut recording = recording(100);
+        recording.zones[2][0].range = (200.0, f64::INFINITY);
+        assert!(!svg(&recording).unwrap().contains("home"));
     }
 }

@@ -23,10 +23,21 @@ pub struct Sample {
     pub values: Vec<f64>,
 }
 
+/// Values of a signal at which something holds: where a switch is closed.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Zone {
+    /// What it is.
+    pub name: &'static str,
+    /// Lowest and highest value, which may be infinite.
+    pub range: (f64, f64),
+}
+
 /// A probe with what it has seen.
 pub struct Recording {
     /// What was looked at.
     pub probe: Probe,
+    /// The zones of each column, in the order of [`Sample::values`].
+    pub zones: Vec<Vec<Zone>>,
     /// In the order of time.
     pub samples: Vec<Sample>,
 }
@@ -40,6 +51,11 @@ impl Probe {
         let time = session.now().saturating_sub(start);
         let values = self.columns().map(|(axis, channel)| channel.read(session, axis)).collect::<Result<_, _>>()?;
         Ok(Sample { time, values })
+    }
+
+    /// The zones of each column.
+    pub fn zones(&self, session: &mut Session) -> Vec<Vec<Zone>> {
+        self.columns().map(|(axis, channel)| channel.zones(session, axis)).collect()
     }
 
     /// The columns in the order of [`Sample::values`].
@@ -63,14 +79,16 @@ pub mod tests {
 
     use super::*;
 
-    /// Position and speed of axes 0 and 1, every 10 ms, of which the second one moves and is fast for a moment.
+    /// Position and speed of axes 0 and 1, every 10 ms, of which the second one moves and is fast for a moment. Its home
+    /// switch is closed from 5 on.
     pub fn recording(count: u32) -> Recording {
         let mut session = Session::on_bench(Bench::with_defaults(&TMCM_3351)).unwrap();
         let channels = ["position", "speed"].map(|name| Channel::find(name, &mut session).unwrap());
         let probe = Probe { channels: channels.into(), axes: vec![0, 1] };
         let speed = |i| if i == 777 { 1000.0 } else { 0.0 };
         let sample = |i| Sample { time: Duration::from_millis(10) * i, values: vec![0.0, 0.0, f64::from(i), speed(i)] };
-        Recording { probe, samples: (0..count).map(sample).collect() }
+        let zones = vec![Vec::new(), Vec::new(), vec![Zone { name: "home", range: (5.0, f64::INFINITY) }], Vec::new()];
+        Recording { probe, zones, samples: (0..count).map(sample).collect() }
     }
 
     #[test]

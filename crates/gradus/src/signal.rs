@@ -8,6 +8,8 @@ use gradus_host::{Error, Named, Session, find_axis};
 use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Ap, Module};
 
+use crate::recording::Zone;
+
 /// A row of the table.
 struct Signal {
     name: &'static str,
@@ -34,6 +36,7 @@ struct Reading {
     /// Digits after the point that mean something.
     decimals: usize,
     read: fn(&mut Bench, usize) -> f64,
+    zones: fn(&mut Bench, usize) -> Vec<Zone>,
 }
 
 use Source::{Difference, Parameter};
@@ -57,20 +60,33 @@ const SIGNALS: &[Signal] = &[
     row("iq", &[Parameter(Ap::ActualCurrent)], "current that makes torque"),
     row("id", &[Parameter(Ap::ActualFlux)], "current along the flux"),
     row("errors", &[Parameter(Ap::DriverErrorFlags)], "error flags of the driver"),
-    row("shaft", &[machine("turns", 4, shaft_turns)], "where the shaft is"),
+    row("shaft", &[SHAFT], "where the shaft is, with the switches along its travel"),
 ];
 
 const fn row(name: &'static str, sources: &'static [Source], description: &'static str) -> Signal {
     Signal { name, sources, description }
 }
 
-const fn machine(unit: &'static str, decimals: usize, read: fn(&mut Bench, usize) -> f64) -> Source {
-    Source::Machine(Reading { unit, decimals, read })
-}
+const SHAFT: Source =
+    Source::Machine(Reading { unit: "turns", decimals: 4, read: shaft_turns, zones: switches_in_turns });
 
 fn shaft_turns(bench: &mut Bench, axis: usize) -> f64 {
     let plant = &bench.machine().axes[axis].plant;
     plant.position() as f64 / f64::from(plant.microsteps_per_turn())
+}
+
+/// Where the switches are closed.
+fn switches_in_turns(bench: &mut Bench, axis: usize) -> Vec<Zone> {
+    let plant = &bench.machine().axes[axis].plant;
+    let turns = |position: i64| position as f64 / f64::from(plant.microsteps_per_turn());
+    let travel = plant.travel;
+    let left = travel.left.map(|end| ("left", (f64::NEG_INFINITY, turns(end))));
+    let right = travel.right.map(|end| ("right", (turns(end), f64::INFINITY)));
+    let home = travel.home.map(|home| {
+        let half = home.width as i64 / 2;
+        ("home", (turns(home.middle - half), turns(home.middle + half)))
+    });
+    [left, right, home].into_iter().flatten().map(|(name, range)| Zone { name, range }).collect()
 }
 
 /// The table as it stands in the help.
@@ -167,6 +183,14 @@ impl Channel {
                 session.bench().map_or(f64::NAN, |bench| (reading.read)(bench, usize::from(axis)))
             }
         })
+    }
+}
+
+impl Channel {
+    /// Where something holds along its values.
+    pub fn zones(&self, session: &mut Session, axis: u8) -> Vec<Zone> {
+        let Origin::Machine(reading) = &self.origin else { return Vec::new() };
+        session.bench().map_or_else(Vec::new, |bench| (reading.zones)(bench, usize::from(axis)))
     }
 }
 

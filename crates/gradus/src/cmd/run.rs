@@ -110,7 +110,9 @@ impl Run {
         session.reset()?;
         session.run()?;
 
-        let mut watch = Watch::new(&session, &self, probe, !outputs.is_empty());
+        let zones = probe.zones(&mut session);
+        let recording = Recording { probe, zones, samples: Vec::new() };
+        let mut watch = Watch::new(&session, &self, recording, !outputs.is_empty());
         let end = watch.until_the_end(&mut session, &interrupted, out).inspect_err(|_| {
             // Nobody watches any more. The error in hand tells more than one that follows from it.
             let _ = stop(&mut session);
@@ -179,9 +181,8 @@ struct Watch {
 }
 
 impl Watch {
-    fn new(session: &Session, run: &Run, probe: Probe, keep: bool) -> Self {
+    fn new(session: &Session, run: &Run, recording: Recording, keep: bool) -> Self {
         let view = View::new(io::stdout().is_terminal(), run.every);
-        let recording = Recording { probe, samples: Vec::new() };
         let (start, last) = (session.now(), Duration::ZERO);
         Self { start, time: run.time, period: run.sample, view, keep, recording, last }
     }
