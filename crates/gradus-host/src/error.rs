@@ -30,12 +30,12 @@ pub enum Error {
         error: io::Error,
     },
     /// Nothing answers at all.
-    #[error("{port}: no module answers at address {address}; check {check}")]
+    #[error("{port}: no module answers at {address}; check {check}")]
     NoModule {
         /// The port.
         port: String,
-        /// The address asked.
-        address: u8,
+        /// The address asked, in words: `address 1`, `CAN ID 1`.
+        address: String,
         /// What to check on this kind of line.
         check: &'static str,
     },
@@ -122,6 +122,13 @@ pub enum Error {
         /// True when only zeros came back.
         blank: bool,
     },
+}
+
+impl Error {
+    /// True for what a noisy or slow line does to a single request.
+    pub fn is_passing(&self) -> bool {
+        matches!(self, Self::Silent { .. } | Self::Garbled { .. } | Self::GarbledRequest { .. })
+    }
 }
 
 fn other(foreign: usize) -> String {

@@ -1,7 +1,7 @@
 //! The host side of TMCL: links to virtual and real modules, and the [`Session`] that talks over them.
 //!
-//! A port is named by a [`Url`]. [`Session::open`] opens it; nothing else does. A virtual module with a machine of one's own
-//! has no name: [`Session::on_bench`]. Commands, parameters by name, downloads and
+//! A port is named by a [`Url`]. [`Session::open`] opens it, or [`Line::open`] for sessions with several modules of one line;
+//! nothing else does. A virtual module with a machine of one's own has no name: [`Session::on_bench`]. Commands, parameters by name, downloads and
 //! program control are methods of the session.
 //!
 //! ```
@@ -18,7 +18,9 @@
 
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod can;
 mod error;
+mod line;
 mod link;
 mod named;
 mod names;
@@ -28,15 +30,19 @@ mod refusal;
 mod serial;
 mod session;
 mod sim;
+mod statistics;
 mod step;
 mod tcp;
 mod url;
+mod verdict;
 
 pub use error::Error;
 pub use gradus_sim::VIRTUAL_MODULES;
-pub use link::Link;
+pub use line::{Line, PositionReached};
+pub use link::{Address, Framed, Heard, Link, Nature, Stream};
 pub use named::Named;
 pub use names::{NameError, axis_parameters, find, find_axis, find_global, global_parameters, normalise};
 pub use program::{ApplicationStatus, ProgramError, State};
-pub use session::{PositionReached, Session};
-pub use url::{Place, Url, UrlError};
+pub use session::{RETRIES, Session};
+pub use statistics::{Histogram, Statistics};
+pub use url::{Bus, Place, SlcanPlace, Url, UrlError};

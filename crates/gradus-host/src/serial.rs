@@ -1,28 +1,46 @@
-//! A link over a serial port: RS232, RS485 adapter, USB, pseudo-terminal.
+//! Bytes over a serial port: RS232, RS485 adapter, USB, pseudo-terminal.
 
 use std::io;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serial2::SerialPort;
+#[cfg(target_os = "linux")]
+use serial2::rs4xx::Rs485Config;
 
-use crate::Link;
+use crate::Stream;
 use crate::link::received;
 
 /// An open serial port: 8 data bits, no parity, one stop bit, no flow control.
-pub struct SerialLink {
+pub struct SerialStream {
     port: SerialPort,
     opened: Instant,
 }
 
-impl SerialLink {
-    /// Opens the port; `Err` holds the reason in words.
-    pub fn open(path: &Path, baud: u32) -> Result<Self, String> {
+impl SerialStream {
+    /// Opens the port; `Err` holds the reason in words. With `rs485` the port's driver switches an RS-485 transceiver to sending
+    /// and back; most adapters do that by themselves.
+    pub fn open(path: &Path, baud: u32, rs485: bool) -> Result<Self, String> {
         let port = SerialPort::open(path, baud).map_err(|error| reason(&error, baud))?;
+        if rs485 {
+            switch_direction(&port)?;
+        }
         // What came before belongs to whoever had the port open before.
         port.discard_input_buffer().map_err(|error| error.to_string())?;
         Ok(Self { port, opened: Instant::now() })
     }
+}
+
+#[cfg(target_os = "linux")]
+fn switch_direction(port: &SerialPort) -> Result<(), String> {
+    port.set_rs4xx_mode(Rs485Config::new()).map_err(|error| {
+        format!("its driver cannot switch an RS-485 transceiver ({error}); most adapters do so by themselves: leave rs485=1 out")
+    })
+}
+
+#[cfg(not(target_os = "linux"))]
+fn switch_direction(_: &SerialPort) -> Result<(), String> {
+    Err("an RS-485 transceiver is switched on Linux only; most adapters do so by themselves: leave rs485=1 out".into())
 }
 
 fn reason(error: &io::Error, baud: u32) -> String {
@@ -43,7 +61,7 @@ fn reason(error: &io::Error, baud: u32) -> String {
 /// ENOTTY, as Linux and the BSDs number it.
 const NOT_A_TERMINAL: i32 = 25;
 
-impl Link for SerialLink {
+impl Stream for SerialStream {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.port.write_all(bytes)
     }
@@ -57,10 +75,6 @@ impl Link for SerialLink {
 
     fn now(&self) -> Duration {
         self.opened.elapsed()
-    }
-
-    fn sleep(&mut self, time: Duration) {
-        std::thread::sleep(time);
     }
 
     fn what_to_check(&self) -> &'static str {

@@ -3,71 +3,65 @@
 //! TMCL numbers neither requests nor replies, so a reply alone does not tell which request it answers. The session is right by
 //! construction all the same:
 //!
-//! - One request at a time; its answer carries its command number and comes from its module.
+//! - One request at a time on a [`Line`]; its answer carries its command number and comes from its module.
 //! - While every request got its answer and nothing unasked came, nothing can be under way: the session is *in step*.
-//! - A time-out, a damaged datagram or a datagram nobody asked for ends that. The next request waits until the session is in
-//!   step again, see [`step`](crate::step).
+//! - A time-out, a damaged datagram or a datagram nobody asked for ends that, for all sessions of the line. The next request waits
+//!   until its session is in step again, see [`step`](crate::step).
+//! - Where a line may deliver an answer twice, a copy could pass for the answer to a next request of the same kind: the session
+//!   gets in step between two such requests. CAN may double; of another line it is assumed from the first copy seen on,
+//!   or from the beginning with `?guard=1`.
 //!
-//! What this cannot see: a line that doubles an answer and delivers the copy after the next request has gone out, which asks
-//! for the same kind of thing.
+//! A request that failed on the way is sent again, [`RETRIES`] times at most, if executing it twice does no harm
+//! ([`Effect`]), and only after the session has got in step, so that the module has done with the first one.
+//!
+//! What no host can see, because the datagrams carry nothing to see it by: an answer delayed past a later one (a line that changes
+//! the order); a request that the line doubles, so that a relative move is made twice; damage that leaves the checksum
+//! right, as two errors may that make up for each other; a download begun by another host, during which commands are stored
+//! instead of executed until an answer says so.
 //!
 //! A module on an USB-like port answers whatever address it is asked under, with its own address in the reply. Which address
 //! that is, the session learns while it gets in step, and from then on no other counts.
 
-use std::collections::VecDeque;
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
 use gradus_sim::Bench;
-use gradus_tmcl::catalogue::{Command, Gp, MODULES, Module, TMCM_3351};
-use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
+use gradus_tmcl::catalogue::{Command, Effect, Gp, MODULES, Module, TMCM_3351};
+use gradus_tmcl::{Instruction, Opcode, Reply, Status};
 
+use crate::line::{Exchange, Wire};
+use crate::link::Framed;
 use crate::refusal::reason;
-use crate::serial::SerialLink;
-use crate::sim::SimLink;
-use crate::step::Heard;
-use crate::tcp::TcpLink;
+use crate::sim::SimStream;
 use crate::url::DEFAULT_ADDRESS;
-use crate::{Error, Link, Place, Url};
+use crate::verdict::{Form, Peer, Verdict, form, judge};
+use crate::{Address, Error, Heard, Line, Link, PositionReached, Statistics, Url};
 
-/// How long an answer may take.
+/// How long an answer may take, unless told otherwise.
 pub(crate) const REPLY_TIMEOUT: Duration = Duration::from_secs(1);
+/// How often a request is sent again, unless told otherwise.
+pub const RETRIES: u32 = 2;
+/// How long a session that waits for an event keeps the others of the line waiting.
+const SHARE: Duration = Duration::from_millis(10);
 
-/// A second reply of command 138: motors have reached their targets.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PositionReached {
-    /// The motors, one bit each.
-    pub motors: i32,
-}
-
-/// The two addresses at the head of a reply.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Peer {
-    pub host: u8,
-    pub module: u8,
-}
-
-/// What nine bytes are to a request.
-enum Verdict<T> {
-    Answer(T),
-    Foreign,
-    Damaged,
-    DamagedRequest,
-}
-
-/// A conversation with one module over one link.
+/// A conversation with one module over one line.
 pub struct Session {
-    pub(crate) link: Box<dyn Link>,
-    pub(crate) port: String,
+    pub(crate) line: Line,
     /// Address that requests carry.
-    pub(crate) address: u8,
+    pub(crate) address: Address,
     /// Addresses that replies carry.
     pub(crate) peer: Peer,
-    /// True while no answer can be under way.
-    pub(crate) in_step: bool,
+    /// The line's count of doubts when this session got in step.
+    pub(crate) in_step: Option<u64>,
     /// Value of the latest probe.
     pub(crate) nonce: i32,
-    pub(crate) events: VecDeque<PositionReached>,
+    pub(crate) timeout: Duration,
+    pub(crate) statistics: Statistics,
+    /// True while the module suppresses its replies: no answer tells nothing, and sending again helps nothing.
+    pub(crate) mute: bool,
+    retries: u32,
+    /// True while the module stores commands, so that none may be sent twice.
+    storing: bool,
     module: Option<&'static Module>,
 }
 
@@ -77,14 +71,9 @@ impl Session {
     /// # Errors
     /// When the port does not open or nothing answers.
     pub fn open(url: &Url) -> Result<Self, Error> {
-        let link: Result<Box<dyn Link>, String> = match &url.place {
-            Place::Sim(module) => SimLink::open(module).map(|link| Box::new(link) as _),
-            Place::Tcp { host, port } => TcpLink::open(host, *port).map(|link| Box::new(link) as _),
-            Place::Serial { path, baud } => SerialLink::open(path, *baud).map(|link| Box::new(link) as _),
-        };
-        let link = link.map_err(|reason| Error::Open { port: url.to_string(), reason })?;
-        let mut session = Self::over(link, url.to_string(), url.address);
-        session.get_in_step()?;
+        let mut session = Line::open(url)?.session(url.address);
+        session.timeout = url.timeout;
+        session.greet()?;
         Ok(session)
     }
 
@@ -105,16 +94,67 @@ impl Session {
     /// # Errors
     /// When the module does not answer, having no power for example.
     pub fn on_bench(bench: Bench) -> Result<Self, Error> {
-        let port = Url { place: Place::Sim(bench.catalogue()), address: DEFAULT_ADDRESS }.to_string();
-        let mut session = Self::over(Box::new(SimLink::to(bench)), port, DEFAULT_ADDRESS);
-        session.get_in_step()?;
+        let port = Url::sim(bench.catalogue()).to_string();
+        let link = Framed::new(SimStream::to(bench), false);
+        let mut session = Self::over(Box::new(link), &port, DEFAULT_ADDRESS);
+        session.greet()?;
         Ok(session)
     }
 
-    /// A session over a link that is open already. `port` names it in messages; requests carry `address`.
-    pub fn over(link: Box<dyn Link>, port: String, address: u8) -> Self {
-        let peer = Peer { host: 0, module: address };
-        Self { link, port, address, peer, in_step: false, nonce: random(), events: VecDeque::new(), module: None }
+    /// A session over a link that is open already. `port` names it in messages; requests go to `address`.
+    pub fn over(link: Box<dyn Link>, port: &str, address: Address) -> Self {
+        Self::new(Line::over(link, port), address)
+    }
+
+    pub(crate) fn new(line: Line, address: Address) -> Self {
+        let peer = Peer { host: 0, module: address.module as u8 };
+        Self {
+            line,
+            address,
+            peer,
+            in_step: None,
+            nonce: random(),
+            timeout: REPLY_TIMEOUT,
+            statistics: Statistics::default(),
+            mute: false,
+            retries: RETRIES,
+            storing: false,
+            module: None,
+        }
+    }
+
+    /// Makes sure that the module answers.
+    ///
+    /// # Errors
+    /// When it does not, or the line is broken.
+    pub fn greet(&mut self) -> Result<(), Error> {
+        let line = self.line.clone();
+        self.get_in_step(&mut line.lock())
+    }
+
+    /// The line, for sessions with other modules on it.
+    pub fn line(&self) -> &Line {
+        &self.line
+    }
+
+    /// The address that requests go to.
+    pub fn address(&self) -> Address {
+        self.address
+    }
+
+    /// How long an answer may take; 1 s at first.
+    pub fn set_timeout(&mut self, timeout: Duration) {
+        self.timeout = timeout;
+    }
+
+    /// How often a request that failed on the way is sent again, if that does no harm; [`RETRIES`] at first.
+    pub fn set_retries(&mut self, retries: u32) {
+        self.retries = retries;
+    }
+
+    /// What the session has seen so far.
+    pub fn statistics(&self) -> &Statistics {
+        &self.statistics
     }
 
     /// Sends a command and gives back the answer, whatever its status is. Not for commands with a special reply (134, and
@@ -123,31 +163,59 @@ impl Session {
     /// # Errors
     /// When the line is broken, no answer comes in time, or a datagram is damaged.
     pub fn execute(&mut self, instruction: Instruction) -> Result<Reply, Error> {
-        let reply = self.converse(instruction, |peer, bytes| match Reply::parse(bytes) {
-            Err(_) => Verdict::Damaged,
-            Ok(reply) if reply.module != peer.module => Verdict::Foreign,
-            Ok(reply) if reply.status == Status::WRONG_CHECKSUM && reply.command == Opcode::NOP => {
-                Verdict::DamagedRequest
-            }
-            Ok(reply) if reply.command != instruction.opcode => Verdict::Foreign,
-            Ok(reply) => Verdict::Answer(reply),
-        })?;
-        if reply.status == Status::OK {
-            self.follow(instruction);
+        let repeat = instruction.effect() != Effect::Act;
+        self.execute_as(instruction, repeat)
+    }
+
+    /// As [`execute`](Self::execute), but a command that failed on the way is sent again whatever it does: the caller
+    /// knows that executing it twice does no harm.
+    ///
+    /// # Errors
+    /// As [`execute`](Self::execute).
+    pub fn insist(&mut self, instruction: Instruction) -> Result<Reply, Error> {
+        self.execute_as(instruction, true)
+    }
+
+    fn execute_as(&mut self, instruction: Instruction, repeat: bool) -> Result<Reply, Error> {
+        let bytes = self.converse(instruction, repeat)?;
+        let reply = Reply::parse(&bytes).map_err(|_| self.garbled(instruction, bytes.to_vec()))?;
+        if reply.status.is_ok() {
+            self.follow(instruction, reply.status);
         }
         Ok(reply)
     }
 
-    /// A new address of the module or the host holds as soon as it is set; the next probe learns what replies carry now.
-    fn follow(&mut self, executed: Instruction) {
+    /// Sends a command and gives back the nine bytes of its answer, whatever form they have.
+    ///
+    /// # Errors
+    /// As [`execute`](Self::execute).
+    pub fn relay(&mut self, instruction: Instruction) -> Result<[u8; 9], Error> {
+        if form(instruction) == Form::Reply {
+            return self.execute(instruction).map(|reply| reply.emit());
+        }
+        self.converse(instruction, true)
+    }
+
+    /// New addresses of the module or the host hold as soon as they are set; the next probe learns what replies carry now.
+    /// While the module stores commands nothing may be sent twice.
+    fn follow(&mut self, executed: Instruction, status: Status) {
+        self.storing |= executed.opcode == Opcode::ENTER_DOWNLOAD || status == Status::LOADED;
+        self.storing &= executed.opcode != Opcode::EXIT_DOWNLOAD;
+        if executed.opcode != Opcode::SGP || status != Status::OK {
+            return;
+        }
         let module = self.module.unwrap_or(&TMCM_3351);
-        let row = module.global_parameter(executed.motor, executed.kind).filter(|_| executed.opcode == Opcode::SGP);
-        match row.map(|row| row.id) {
-            Some(Gp::SerialAddress) => self.address = executed.value as u8,
+        let can = self.line.nature().can;
+        match module.global_parameter(executed.motor, executed.kind).map(|row| row.id) {
+            Some(Gp::SerialAddress) if !can => self.address.module = executed.value as u16,
+            Some(Gp::CanId) if can => self.address.module = executed.value as u16,
+            Some(Gp::CanReplyId) if can && self.address.reply.is_some() => {
+                self.address.reply = Some(executed.value as u16);
+            }
             Some(Gp::HostAddress) => {}
             _ => return,
         }
-        self.in_step = false;
+        self.in_step = None;
     }
 
     /// Sends a command and gives back the value of the answer.
@@ -185,14 +253,8 @@ impl Session {
     /// # Errors
     /// When the line is broken or no answer comes in time.
     pub fn version_text(&mut self) -> Result<String, Error> {
-        self.converse(Instruction::new(Opcode::FIRMWARE_VERSION, 0, 0, 0), |peer, bytes| match bytes {
-            [host, text @ ..] if *host == peer.host && text.iter().all(|byte| byte.is_ascii_graphic()) => {
-                Verdict::Answer(text.iter().copied().map(char::from).collect())
-            }
-            // This reply has no checksum; one that fits shows an answer to something else.
-            _ if Reply::parse(bytes).is_ok() => Verdict::Foreign,
-            _ => Verdict::Damaged,
-        })
+        let bytes = self.converse(Instruction::new(Opcode::FIRMWARE_VERSION, 0, 0, 0), true)?;
+        Ok(bytes.iter().skip(1).copied().map(char::from).collect())
     }
 
     /// The command at an address of the program memory. Past its end, and behind read protection, all fields are zero.
@@ -201,12 +263,8 @@ impl Session {
     /// When the line is broken, no answer comes in time, or it comes damaged.
     pub fn read_memory(&mut self, address: u16) -> Result<Instruction, Error> {
         let request = Instruction::new(Opcode::READ_MEMORY, 0, 0, i32::from(address));
-        // The reply is built as a request is: an address, seven bytes of a command, a checksum.
-        self.converse(request, |peer, bytes| match Request::parse(bytes) {
-            Err(_) => Verdict::Damaged,
-            Ok(reply) if reply.address != peer.host => Verdict::Foreign,
-            Ok(reply) => Verdict::Answer(reply.instruction),
-        })
+        let [_, command @ .., _] = self.converse(request, true)?;
+        Ok(Instruction::from_bytes(command))
     }
 
     /// The oldest event that has come and was not taken yet.
@@ -214,8 +272,10 @@ impl Session {
     /// # Errors
     /// When the line is broken.
     pub fn take_event(&mut self) -> Result<Option<PositionReached>, Error> {
-        self.drain()?;
-        Ok(self.events.pop_front())
+        let line = self.line.clone();
+        let mut wire = line.lock();
+        self.drain(&mut wire)?;
+        Ok(wire.take_event(self.peer.module))
     }
 
     /// Waits for the next event, at most for `time`.
@@ -223,66 +283,124 @@ impl Session {
     /// # Errors
     /// When the line is broken.
     pub fn wait_event(&mut self, time: Duration) -> Result<Option<PositionReached>, Error> {
+        let line = self.line.clone();
         let deadline = self.now() + time;
-        while self.events.is_empty() && self.listen(deadline)? {}
-        Ok(self.events.pop_front())
+        loop {
+            let mut wire = line.lock();
+            let now = wire.link.now();
+            self.listen(&mut wire, deadline.min(now + SHARE))?;
+            match wire.take_event(self.peer.module) {
+                None if now < deadline => {}
+                event => return Ok(event),
+            }
+        }
     }
 
     /// Time on the link's clock; virtual on a virtual module.
     pub fn now(&self) -> Duration {
-        self.link.now()
+        self.line.lock().link.now()
     }
 
     /// Lets `time` pass on the link's clock.
     pub fn sleep(&mut self, time: Duration) {
-        self.link.sleep(time);
+        if let Some(bench) = self.line.lock().link.bench() {
+            return bench.run_for(u64::try_from(time.as_micros()).unwrap_or(u64::MAX));
+        }
+        std::thread::sleep(time);
     }
 
-    /// The bench of a virtual module in this process, to look at its machine; `None` for every other module. Whoever moves
-    /// its time moves that of the session.
+    /// The bench of a virtual module in this process, to look at its machine; `None` for every other module, and while
+    /// other sessions share the line. Whoever moves its time moves that of the session.
     pub fn bench(&mut self) -> Option<&mut Bench> {
-        self.link.bench()
+        self.line.bench()
     }
 
     /// Name of the port, for messages.
     pub fn port(&self) -> &str {
-        &self.port
+        self.line.port()
     }
 
-    /// One request and its answer. `judge` says what a datagram is to the request; events are put aside before.
-    fn converse<T>(&mut self, request: Instruction, judge: impl Fn(Peer, &[u8; 9]) -> Verdict<T>) -> Result<T, Error> {
-        self.get_in_step()?;
-        self.send(request)?;
-        self.in_step = false; // until the answer is here
-        let deadline = self.now() + REPLY_TIMEOUT;
+    /// A request and its answer, sent again after a failure on the way if that is allowed.
+    fn converse(&mut self, request: Instruction, repeat: bool) -> Result<[u8; 9], Error> {
+        let mut left = if repeat && !self.storing { self.retries } else { 0 };
+        self.statistics.requests += 1;
+        loop {
+            match self.attempt(request) {
+                Err(error) if left > 0 && error.is_passing() && !self.mute => {
+                    left -= 1;
+                    self.statistics.retries += 1;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    /// One request and its answer.
+    fn attempt(&mut self, request: Instruction) -> Result<[u8; 9], Error> {
+        let line = self.line.clone();
+        let mut wire = line.lock();
+        let wire = &mut *wire;
+        if wire.doubling && wire.last.is_some_and(|last| last.opcode == request.opcode) {
+            self.in_step = None;
+        }
+        self.get_in_step(wire)?;
+        let start = wire.link.now();
+        wire.send(self.address, request, line.port())?;
+        let answer = self.hear_answer(wire, request);
+        match answer {
+            Ok(bytes) => {
+                self.statistics.answers += 1;
+                self.statistics.round_trips.add(wire.link.now().saturating_sub(start));
+                wire.last = Some(Exchange { module: self.peer.module, opcode: request.opcode, answer: bytes });
+            }
+            Err(_) => wire.doubt(),
+        }
+        answer
+    }
+
+    fn hear_answer(&mut self, wire: &mut Wire, request: Instruction) -> Result<[u8; 9], Error> {
+        let deadline = wire.link.now() + self.timeout;
         let mut foreign = 0;
         loop {
-            let bytes = match self.hear(deadline)? {
+            let bytes = match wire.hear(deadline, self.line.port())? {
                 Heard::Datagram(bytes) => bytes,
-                Heard::Fragment(bytes) => return Err(self.garbled(request, bytes)),
-                Heard::Nothing => return Err(self.silent(request, foreign)),
-            };
-            match judge(self.peer, &bytes) {
-                Verdict::Answer(answer) => {
-                    // Something else came as well: more may be under way.
-                    self.in_step = foreign == 0;
-                    return Ok(answer);
+                Heard::Fragment(bytes) => {
+                    self.statistics.damaged += 1;
+                    return Err(self.garbled(request, bytes));
                 }
-                Verdict::Foreign => foreign += 1,
-                Verdict::Damaged => return Err(self.garbled(request, bytes.to_vec())),
+                Heard::Nothing => {
+                    self.statistics.silent += 1;
+                    return Err(self.silent(request, foreign));
+                }
+            };
+            match judge(request, self.peer, self.nonce, &bytes) {
+                Verdict::Answer => return Ok(bytes),
+                Verdict::Foreign => {
+                    // Something else came: more may be under way.
+                    wire.unasked(&bytes);
+                    self.statistics.drained += 1;
+                    foreign += 1;
+                }
+                Verdict::Damaged => {
+                    self.statistics.damaged += 1;
+                    return Err(self.garbled(request, bytes.to_vec()));
+                }
                 Verdict::DamagedRequest => {
-                    return Err(Error::GarbledRequest { port: self.port.clone(), request: self.text(request) });
+                    self.statistics.damaged_requests += 1;
+                    let port = self.line.port().into();
+                    return Err(Error::GarbledRequest { port, request: self.text(request) });
                 }
             }
         }
     }
 
     fn garbled(&self, request: Instruction, bytes: Vec<u8>) -> Error {
-        Error::Garbled { port: self.port.clone(), request: self.text(request), bytes }
+        Error::Garbled { port: self.line.port().into(), request: self.text(request), bytes }
     }
 
     fn silent(&self, request: Instruction, foreign: usize) -> Error {
-        Error::Silent { port: self.port.clone(), request: self.text(request), waited: REPLY_TIMEOUT, foreign }
+        let port = self.line.port().into();
+        Error::Silent { port, request: self.text(request), waited: self.timeout, foreign }
     }
 
     /// A command as text, in the words of the module if it is known already.

@@ -7,17 +7,17 @@ use std::time::Duration;
 use gradus_sim::{Bench, Link as BenchLink, LinkKind, VIRTUAL_MODULES};
 use gradus_tmcl::catalogue::Module;
 
-use crate::Link;
+use crate::Stream;
 
 /// A virtual module of its own. Requests and answers take no time.
-pub struct SimLink {
+pub struct SimStream {
     bench: Bench,
     line: BenchLink,
     /// Bytes that the module has sent and nobody has received yet.
     pending: VecDeque<u8>,
 }
 
-impl SimLink {
+impl SimStream {
     /// Builds the module on the default machine and switches it on.
     pub fn open(module: &'static Module) -> Result<Self, String> {
         if !VIRTUAL_MODULES.iter().any(|known| known.number == module.number) {
@@ -46,7 +46,7 @@ impl SimLink {
     }
 }
 
-impl Link for SimLink {
+impl Stream for SimStream {
     fn send(&mut self, mut bytes: &[u8]) -> io::Result<()> {
         while !bytes.is_empty() {
             self.fetch();
@@ -71,10 +71,6 @@ impl Link for SimLink {
 
     fn now(&self) -> Duration {
         Duration::from_micros(self.bench.now())
-    }
-
-    fn sleep(&mut self, time: Duration) {
-        self.bench.run_for(microseconds(time));
     }
 
     fn what_to_check(&self) -> &'static str {

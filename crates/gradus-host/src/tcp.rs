@@ -1,10 +1,10 @@
-//! A link over TCP.
+//! Bytes over TCP.
 
 use std::io::{self, Read, Write};
-use std::net::{TcpStream, ToSocketAddrs};
+use std::net::{self, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
-use crate::Link;
+use crate::Stream;
 use crate::link::received;
 
 /// How long opening a connection may take.
@@ -13,12 +13,12 @@ const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
 const SHORTEST_WAIT: Duration = Duration::from_micros(1);
 
 /// A connection to a TCP port that carries serial datagrams.
-pub struct TcpLink {
-    stream: TcpStream,
+pub struct TcpStream {
+    stream: net::TcpStream,
     opened: Instant,
 }
 
-impl TcpLink {
+impl TcpStream {
     /// Connects; `Err` holds the reason in words.
     pub fn open(host: &str, port: u16) -> Result<Self, String> {
         let stream = connect(host, port).map_err(|error| reason(&error))?;
@@ -27,10 +27,10 @@ impl TcpLink {
 }
 
 /// Tries the addresses of the host one after another.
-fn connect(host: &str, port: u16) -> io::Result<TcpStream> {
+fn connect(host: &str, port: u16) -> io::Result<net::TcpStream> {
     let mut last = io::Error::new(io::ErrorKind::NotFound, format!("the host `{host}` has no address"));
     for address in (host, port).to_socket_addrs()? {
-        match TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
+        match net::TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
             Ok(stream) => {
                 stream.set_nodelay(true)?;
                 return Ok(stream);
@@ -49,7 +49,7 @@ fn reason(error: &io::Error) -> String {
     }
 }
 
-impl Link for TcpLink {
+impl Stream for TcpStream {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.stream.write_all(bytes)
     }
@@ -70,10 +70,6 @@ impl Link for TcpLink {
         self.opened.elapsed()
     }
 
-    fn sleep(&mut self, time: Duration) {
-        std::thread::sleep(time);
-    }
-
     fn what_to_check(&self) -> &'static str {
         "that a module is behind this port, and its address (?address=N)"
     }
@@ -86,7 +82,7 @@ mod tests {
     #[test]
     fn what_to_check_is_the_address_and_not_the_cable() {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-        let link = TcpLink::open("127.0.0.1", listener.local_addr().unwrap().port()).unwrap();
+        let link = TcpStream::open("127.0.0.1", listener.local_addr().unwrap().port()).unwrap();
         let check = link.what_to_check();
         assert!(check.contains("?address=N") && !check.contains("cable") && !check.contains("baud"), "{check}");
     }

@@ -3,17 +3,24 @@
 #![cfg(unix)]
 
 use std::fs::File;
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
 use std::thread;
 
 use gradus_host::{Error, Session, Url};
+use gradus_tmcl::can::Frame;
+use gradus_tmcl::slcan::{Command, LineReader, Text};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 /// Answers `count` requests or until the line breaks: a GAP with its parameter number, anything else with its own value.
+fn answer(Instruction { opcode, kind, value, .. }: Instruction) -> Reply {
+    let value = if opcode == Opcode::GAP { i32::from(kind) } else { value };
+    Reply { host: 2, module: 1, status: Status::OK, command: opcode, value }
+}
+
 fn serve(line: &mut (impl Read + Write), count: usize) {
     let mut bytes = [0; 9];
     for _ in 0..count {
@@ -21,21 +28,72 @@ fn serve(line: &mut (impl Read + Write), count: usize) {
             return;
         }
         let Ok(Request { instruction, .. }) = Request::parse(&bytes) else { return };
-        let Instruction { opcode, kind, value, .. } = instruction;
-        let value = if opcode == Opcode::GAP { i32::from(kind) } else { value };
-        let reply = Reply { host: 2, module: 1, status: Status::OK, command: opcode, value };
-        if line.write_all(&reply.emit()).is_err() {
+        if line.write_all(&answer(instruction).emit()).is_err() {
             return;
         }
     }
 }
 
-/// A TCP server for one client, which answers through `serve`.
-fn tcp_module(serve: impl FnOnce(TcpStream) + Send + 'static) -> Url {
+/// The answer of a module with CAN ID 1 that replies under 2.
+fn answer_frame(request: &Frame) -> Option<Frame> {
+    let instruction = request.instruction().filter(|_| request.id == 1)?;
+    Some(request.answer(2, &answer(instruction)))
+}
+
+/// A serial CAN adapter, which knows no bit rate but 1 Mbit/s, with a module on its bus.
+fn serve_slcan(line: &mut (impl Read + Write)) {
+    let mut reader = LineReader::new();
+    let mut byte = [0];
+    while line.read_exact(&mut byte).is_ok() {
+        let answer = match reader.push(byte[0]) {
+            None => continue,
+            Some(Ok(Command::Frame(frame))) => {
+                let reply = answer_frame(&frame).map(|frame| Text::frame(&frame, None).bytes().to_vec());
+                [b"z\r".to_vec(), reply.unwrap_or_default()].concat()
+            }
+            Some(Ok(Command::BitRate(1_000_000) | Command::Open | Command::Empty)) => b"\r".to_vec(),
+            Some(_) => vec![7],
+        };
+        if line.write_all(&answer).is_err() {
+            return;
+        }
+    }
+}
+
+/// A socketcand with one bus, `can0`.
+fn serve_socketcand(stream: TcpStream) {
+    let mut line = stream.try_clone().unwrap();
+    line.write_all(b"< hi >").unwrap();
+    for message in BufReader::new(stream).split(b'>').map_while(Result::ok) {
+        let text = String::from_utf8(message).unwrap();
+        let words: Vec<&str> = text.trim_start_matches(['<', ' ']).split_ascii_whitespace().collect();
+        let answer = match words.as_slice() {
+            ["open", "can0"] | ["rawmode"] => "< ok >".into(),
+            ["send", id, _, bytes @ ..] => {
+                let bytes: Vec<u8> = bytes.iter().map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+                let frame = Frame::new(u32::from_str_radix(id, 16).unwrap(), false, &bytes).unwrap();
+                let Some(reply) = answer_frame(&frame) else { continue };
+                let digits: String = reply.data().iter().map(|byte| format!("{byte:02X}")).collect();
+                format!("< frame {:X} 1700000000.123456 {digits} >", reply.id)
+            }
+            _ => "< error unknown bus >".into(),
+        };
+        if line.write_all(answer.as_bytes()).is_err() {
+            return;
+        }
+    }
+}
+
+/// A TCP server for one client, which answers through `serve`; gives back its port.
+fn server(serve: impl FnOnce(TcpStream) + Send + 'static) -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = listener.local_addr().unwrap().port();
     thread::spawn(move || serve(listener.accept().unwrap().0));
-    format!("tcp:127.0.0.1:{port}").parse().unwrap()
+    port
+}
+
+fn tcp_module(serve: impl FnOnce(TcpStream) + Send + 'static) -> Url {
+    format!("tcp:127.0.0.1:{}", server(serve)).parse().unwrap()
 }
 
 /// A pseudo-terminal: the module's end, and the path of the other one.
@@ -71,6 +129,38 @@ fn a_pty_carries_a_session_at_any_rate() {
         thread::spawn(move || serve(&mut module, usize::MAX));
         let url = format!("serial:{}?baud={baud}", path.display()).parse().unwrap();
         ask_a_hundred(&mut Session::open(&url).unwrap());
+    }
+}
+
+#[test]
+fn an_slcan_adapter_carries_a_session_on_a_pty_and_over_tcp() {
+    let (mut module, path) = pty();
+    thread::spawn(move || serve_slcan(&mut module));
+    let port = server(|mut stream| serve_slcan(&mut stream));
+    for url in [format!("slcan:{}", path.display()), format!("slcan:127.0.0.1:{port}?id=1&reply=2")] {
+        ask_a_hundred(&mut Session::open(&url.parse().unwrap()).unwrap());
+    }
+}
+
+#[test]
+fn a_socketcand_carries_a_session() {
+    let url = format!("socketcand:127.0.0.1:{}/can0", server(serve_socketcand));
+    ask_a_hundred(&mut Session::open(&url.parse().unwrap()).unwrap());
+}
+
+#[test]
+fn a_bus_that_does_not_open_says_why() {
+    let slcan = || server(|mut stream| serve_slcan(&mut stream));
+    let cases = [
+        (format!("slcan:127.0.0.1:{}?bitrate=500000", slcan()), "the adapter refuses the bit rate 500000"),
+        (format!("slcan:127.0.0.1:{}?bitrate=123", slcan()), "no slcan adapter knows the bit rate 123"),
+        (format!("slcan:127.0.0.1:{}?id=9&timeout=20", slcan()), "no module answers at CAN ID 9; check power, bus"),
+        (format!("socketcand:127.0.0.1:{}/can7", server(serve_socketcand)), "is there such a bus?"),
+        ("can:no-such-bus".into(), "cannot open can:no-such-bus: "),
+    ];
+    for (url, expected) in cases {
+        let message = failure(&url);
+        assert!(message.contains(expected), "{url}: {message}");
     }
 }
 

@@ -47,7 +47,11 @@ Ports (--port):
   sim:tmcm-3351                       a virtual module in this process, in virtual time
   tcp:localhost:4322                  a TCP port that carries serial datagrams
   serial:/dev/ttyACM0?baud=115200     a serial port; the path alone will do
-  Each takes ?address=N, the module's address (default 1).
+  can:can0?id=1&reply=2               a CAN interface of the Linux kernel
+  slcan:/dev/ttyACM0, slcan:HOST:PORT a serial CAN adapter (?bitrate=1000000)
+  socketcand:HOST:29536/can0          a CAN bus behind a socketcand server
+  Serial lines take ?address=N, the module's address (default 1); CAN takes ?id=N&reply=N (defaults 1 and 2); all take
+  ?timeout=MS. ?echo=1 is for adapters that hear themselves, ?rs485=1 for ports whose driver switches the transceiver.
   Instead of a port, --bench stage.toml takes a virtual module with the machine that a bench file describes.
 
 Exit status: 0 when all went well, 1 when something failed, 2 when the command line was wrong.";

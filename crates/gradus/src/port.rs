@@ -1,5 +1,6 @@
 //! Arguments that several subcommands have: the port and the module.
 
+use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -7,15 +8,49 @@ use gradus_host::{Session, Url};
 use gradus_sim::{BenchFile, Eeprom};
 use gradus_tmcl::catalogue::Module;
 
+use crate::complain;
+
 /// Where the module is.
 #[derive(clap::Args)]
 pub struct Port {
-    /// Port of the module: sim:MODULE, tcp:HOST:PORT, serial:PATH?baud=9600 or a path, each with ?address=N.
+    /// Port of the module: sim:MODULE, tcp:HOST:PORT, serial:PATH?baud=9600 or a path, each with ?address=N; can:INTERFACE,
+    /// slcan:PATH, slcan:HOST:PORT, socketcand:HOST:PORT/BUS, each with ?id=N&reply=N.
     #[arg(long, value_name = "URL", default_value = "sim:tmcm-3351")]
     port: Url,
     /// Bench file: a virtual module with the machine it describes, instead of a port
     #[arg(long, value_name = "FILE.toml", conflicts_with = "port")]
     bench: Option<PathBuf>,
+    /// Say at the end what the line was like: round trips, repeated requests, damaged and late answers
+    #[arg(long, short)]
+    verbose: bool,
+}
+
+/// A session that says at its end what the line was like, if it is asked to.
+pub struct Conversation {
+    session: Session,
+    verbose: bool,
+}
+
+impl Deref for Conversation {
+    type Target = Session;
+
+    fn deref(&self) -> &Session {
+        &self.session
+    }
+}
+
+impl DerefMut for Conversation {
+    fn deref_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+}
+
+impl Drop for Conversation {
+    fn drop(&mut self) {
+        if self.verbose {
+            complain(format_args!("{}\n{}", self.session.port(), self.session.statistics().to_string().trim_end()));
+        }
+    }
 }
 
 impl Port {
@@ -23,7 +58,11 @@ impl Port {
     ///
     /// # Errors
     /// When it does not open, no module answers, or something is wrong with the bench file.
-    pub fn open(&self) -> anyhow::Result<Session> {
+    pub fn open(&self) -> anyhow::Result<Conversation> {
+        Ok(Conversation { session: self.session()?, verbose: self.verbose })
+    }
+
+    fn session(&self) -> anyhow::Result<Session> {
         let Some(file) = &self.bench else { return Ok(Session::open(&self.port)?) };
         let file = BenchFile::read(file)?;
         let memory = Eeprom::of(file.module);

@@ -1,11 +1,14 @@
 //! The session against a scripted line: what is lost, late, foreign, damaged or unasked.
 
+use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex};
 
+use gradus_tmcl::Request;
 use gradus_tmcl::catalogue::Ap;
 
 use super::*;
+use crate::Stream;
 
 /// A module on a line with faults, in virtual time. Each request takes the next fault of the script.
 #[derive(Default)]
@@ -40,6 +43,8 @@ enum Fault {
     Foreign,
     /// An event comes before the answer.
     Event,
+    /// A second copy of the answer comes so many milliseconds later.
+    Doubled(u64),
 }
 
 const ADDRESS: u8 = 7;
@@ -91,6 +96,10 @@ impl Fake {
                 self.arrive(1, other.emit().to_vec());
             }
             Fault::Event => self.arrive(1, self.reply(Status::POSITION_REACHED, Opcode::POSITION_EVENT, 5)),
+            Fault::Doubled(ms) => {
+                self.arrive(1, bytes.clone());
+                return self.arrive(1 + ms, bytes);
+            }
             Fault::None | Fault::RequestFlipped => {}
         }
         self.arrive(1, bytes);
@@ -110,9 +119,9 @@ impl Fake {
 }
 
 #[derive(Clone)]
-struct Line(Arc<Mutex<Fake>>);
+struct FakeLine(Arc<Mutex<Fake>>);
 
-impl Link for Line {
+impl Stream for FakeLine {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         let request = Request::parse(bytes.try_into().unwrap()).unwrap();
         self.0.lock().unwrap().ask(request.instruction);
@@ -139,20 +148,28 @@ impl Link for Line {
         self.0.lock().unwrap().now
     }
 
-    fn sleep(&mut self, time: Duration) {
-        self.0.lock().unwrap().now += time;
-    }
-
     fn what_to_check(&self) -> &'static str {
         "the fake"
     }
 }
 
-/// A session in step with a fake module that goes on with `script`.
-fn session(script: &[Fault]) -> (Session, Line) {
-    let line = Line(Arc::new(Mutex::new(Fake { address: ADDRESS, ..Fake::default() })));
-    let mut session = Session::over(Box::new(line.clone()), "fake".into(), 1);
-    session.get_in_step().unwrap();
+fn over(line: &FakeLine) -> Session {
+    Session::over(Box::new(Framed::new(line.clone(), false)), "fake", Address::serial(1))
+}
+
+/// A session in step with a fake module that goes on with `script`, and which sends again what it may.
+fn careful_session(script: &[Fault]) -> (Session, FakeLine) {
+    let line = FakeLine(Arc::new(Mutex::new(Fake { address: ADDRESS, ..Fake::default() })));
+    let mut session = over(&line);
+    session.greet().unwrap();
+    line.0.lock().unwrap().script = script.iter().copied().collect();
+    (session, line)
+}
+
+/// The same, but it sends nothing again.
+fn session(script: &[Fault]) -> (Session, FakeLine) {
+    let (mut session, line) = careful_session(&[]);
+    session.set_retries(0);
     line.0.lock().unwrap().script = script.iter().copied().collect();
     (session, line)
 }
@@ -239,21 +256,21 @@ fn errors_say_what_happened() {
 
 #[test]
 fn what_an_earlier_program_left_behind_is_no_answer() {
-    let line = Line(Arc::new(Mutex::new(Fake { address: ADDRESS, ..Fake::default() })));
+    let line = FakeLine(Arc::new(Mutex::new(Fake { address: ADDRESS, ..Fake::default() })));
     {
         let mut fake = line.0.lock().unwrap();
         let stale = fake.reply(Status::OK, Opcode::GAP, 4711);
         fake.arrive(0, stale.clone());
         fake.arrive(2, stale);
     }
-    let mut session = Session::over(Box::new(line), "fake".into(), 1);
+    let mut session = over(&line);
     assert_eq!(session.command(gap(3)).unwrap(), answer(gap(3)));
 }
 
 #[test]
 fn a_silent_line_is_reported() {
-    let line = Line(Arc::new(Mutex::new(Fake { script: [Fault::Lost; 4].into(), ..Fake::default() })));
-    let mut session = Session::over(Box::new(line), "fake".into(), 1);
+    let line = FakeLine(Arc::new(Mutex::new(Fake { script: [Fault::Lost; 4].into(), ..Fake::default() })));
+    let mut session = over(&line);
     let message = session.command(gap(3)).unwrap_err().to_string();
     assert!(message.contains("no module answers at address 1; check the fake"), "{message}");
 }
@@ -284,8 +301,8 @@ fn a_changed_address_is_learnt_anew() {
 
 #[test]
 fn a_module_with_suppressed_replies_can_be_read() {
-    let line = Line(Arc::new(Mutex::new(Fake { address: 1, mute: true, ..Fake::default() })));
-    let mut session = Session::over(Box::new(line.clone()), "fake".into(), 1);
+    let line = FakeLine(Arc::new(Mutex::new(Fake { address: 1, mute: true, ..Fake::default() })));
+    let mut session = over(&line);
     assert_eq!(session.command(gap(1)).unwrap(), answer(gap(1)));
     let message = session.command(Instruction::new(Opcode::SAP, 4, 0, 1)).unwrap_err().to_string();
     assert!(message.contains("its reply suppressed"), "{message}");
@@ -307,4 +324,188 @@ fn special_replies_are_read() {
 fn parameters_are_read_by_meaning() {
     let (mut session, _) = session(&[]);
     assert_eq!(session.get_axis(Ap::MaxSpeed, 2).unwrap(), 4002);
+}
+
+#[test]
+fn reads_and_absolute_writes_are_sent_again() {
+    use Fault::*;
+    let commands = ["GAP 4, 1", "GGP 66, 0", "SAP 4, 1, 1000", "MVP ABS, 1, 1000", "SGP 5, 2, 7"];
+    for fault in [Lost, Late(1500), Flipped, Short, RequestFlipped] {
+        for text in commands {
+            let (mut session, line) = careful_session(&[fault]);
+            let instruction = Instruction::parse(text, &TMCM_3351).unwrap();
+            assert_eq!(session.command(instruction).unwrap(), answer(instruction), "{fault:?} {text}");
+            assert_eq!(session.statistics().retries, 1, "{fault:?} {text}");
+            let sent = if matches!(fault, RequestFlipped) { 1 } else { 2 };
+            assert_eq!(line.0.lock().unwrap().executed, vec![instruction; sent], "{fault:?} {text}");
+        }
+    }
+}
+
+#[test]
+fn relative_moves_and_control_of_programs_are_never_sent_twice() {
+    use Fault::*;
+    let commands = ["MVP REL, 1, 1000", "RFS START, 1", "CALC ADD, 1", "DATA 129, 0, 0, 0", "DATA 133, 0, 0, 0"];
+    for fault in [Lost, Late(1500), Flipped, Short, RequestFlipped] {
+        for text in commands {
+            let (mut session, line) = careful_session(&[fault]);
+            let instruction = Instruction::parse(text, &TMCM_3351).unwrap();
+            assert!(session.command(instruction).is_err(), "{fault:?} {text}");
+            assert!(line.0.lock().unwrap().executed.len() <= 1, "{fault:?} {text}");
+            assert_eq!(session.command(gap(1)).unwrap(), answer(gap(1)));
+        }
+    }
+}
+
+#[test]
+fn a_caller_may_insist() {
+    let (mut session, line) = careful_session(&[Fault::Lost]);
+    let stop = Instruction::parse("DATA 128, 0, 0, 0", &TMCM_3351).unwrap();
+    assert_eq!(session.insist(stop).unwrap().status, Status::OK);
+    assert_eq!(line.0.lock().unwrap().executed, [stop, stop]);
+}
+
+#[test]
+fn nothing_is_sent_again_while_the_module_stores() {
+    let (mut session, line) = careful_session(&[Fault::None, Fault::Lost]);
+    session.command(Instruction::new(Opcode::ENTER_DOWNLOAD, 0, 0, 0)).unwrap();
+    let stored = Instruction::parse("SAP 4, 0, 1", &TMCM_3351).unwrap();
+    assert!(session.command(stored).is_err());
+    assert_eq!(line.0.lock().unwrap().executed.iter().filter(|done| **done == stored).count(), 1);
+    session.command(Instruction::new(Opcode::EXIT_DOWNLOAD, 0, 0, 0)).unwrap();
+    line.0.lock().unwrap().script = [Fault::Lost].into();
+    assert_eq!(session.command(gap(1)).unwrap(), answer(gap(1)));
+}
+
+#[test]
+fn retries_end() {
+    let (mut session, line) = careful_session(&[Fault::Flipped; 20]);
+    assert!(session.command(gap(1)).is_err());
+    assert!(line.0.lock().unwrap().executed.iter().filter(|done| **done == gap(1)).count() <= 3);
+}
+
+/// Every answer comes twice, the copy after the next request has gone out: it must never pass for that one's answer.
+#[test]
+fn a_line_that_doubles_answers_never_gives_a_wrong_one() {
+    for late in [0, 1, 2] {
+        let (mut session, line) = careful_session(&[]);
+        session.line.lock().doubling = true;
+        line.0.lock().unwrap().script = [Fault::Doubled(late); 60].into();
+        assert_eq!(ask_ten(&mut session), 0, "{late} ms");
+    }
+}
+
+#[test]
+fn the_first_copy_of_an_answer_is_a_warning() {
+    let (mut session, line) = session(&[Fault::Doubled(0)]);
+    session.command(gap(1)).unwrap();
+    session.command(gap(2)).unwrap();
+    let probes = line.0.lock().unwrap().probes;
+    assert_eq!(ask_ten(&mut session), 0);
+    assert_eq!(line.0.lock().unwrap().probes, probes + 10, "a probe between two requests of a kind");
+}
+
+#[test]
+fn statistics_tell_what_happened() {
+    use Fault::*;
+    let (mut session, _) = careful_session(&[None, Lost, None, None, Flipped, None, None, RequestFlipped]);
+    assert_eq!(ask_ten(&mut session), 0);
+    let seen = session.statistics().clone();
+    let counts = (seen.requests, seen.answers, seen.retries, seen.silent, seen.damaged, seen.damaged_requests);
+    assert_eq!(counts, (10, 10, 3, 1, 1, 1));
+    assert_eq!(seen.round_trips.count(), 10);
+    assert_eq!(seen.round_trips.longest(), Duration::from_millis(1));
+}
+
+#[test]
+fn the_echo_of_a_request_is_no_answer() {
+    struct Echoing(VecDeque<u8>);
+    impl Stream for Echoing {
+        fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+            let request = Request::parse(bytes.try_into().unwrap()).unwrap().instruction;
+            let reply = Reply { host: 2, module: 1, status: Status::OK, command: request.opcode, value: request.value };
+            self.0.extend(bytes.iter().chain(&reply.emit()));
+            Ok(())
+        }
+
+        fn receive(&mut self, buffer: &mut [u8], _: Duration) -> io::Result<usize> {
+            io::Read::read(&mut self.0, buffer)
+        }
+
+        fn now(&self) -> Duration {
+            Duration::ZERO
+        }
+
+        fn what_to_check(&self) -> &'static str {
+            "the echo"
+        }
+    }
+    let link = Framed::new(Echoing(VecDeque::new()), true);
+    let mut session = Session::over(Box::new(link), "echo", Address::serial(1));
+    for value in 0..100 {
+        assert_eq!(session.command(Instruction::new(Opcode::SAP, 4, 0, value)).unwrap(), value);
+    }
+    assert_eq!(session.statistics().drained, 0);
+}
+
+/// A bus of modules, each of which answers with its address and the parameter asked for, some of them late.
+struct Segment {
+    now: Duration,
+    line: VecDeque<(Duration, Vec<u8>)>,
+    requests: usize,
+}
+
+impl Stream for Segment {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        let Request { address, instruction } = Request::parse(bytes.try_into().unwrap()).unwrap();
+        let value = match instruction.opcode {
+            Opcode::GAP => i32::from(address) * 1000 + i32::from(instruction.kind),
+            _ => instruction.value,
+        };
+        let reply = Reply { host: 2, module: address, status: Status::OK, command: instruction.opcode, value };
+        self.requests += 1;
+        let late = if self.requests.is_multiple_of(7) { 1300 } else { 1 };
+        // Each module answers in its order, and does not wait for the others.
+        let before = self.line.iter().filter(|(_, bytes)| bytes[1] == address).map(|(at, _)| *at).max();
+        let at = (self.now + Duration::from_millis(late)).max(before.unwrap_or_default());
+        let before = self.line.iter().position(|(later, _)| *later > at).unwrap_or(self.line.len());
+        self.line.insert(before, (at, reply.emit().to_vec()));
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Duration) -> io::Result<usize> {
+        let now = self.now;
+        let Some((at, bytes)) = self.line.pop_front_if(|(at, _)| *at <= deadline.max(now)) else {
+            self.now = now.max(deadline);
+            return Ok(0);
+        };
+        self.now = now.max(at);
+        buffer[..9].copy_from_slice(&bytes);
+        Ok(9)
+    }
+
+    fn now(&self) -> Duration {
+        self.now
+    }
+
+    fn what_to_check(&self) -> &'static str {
+        "the segment"
+    }
+}
+
+#[test]
+fn threads_share_a_line_and_each_gets_its_own_answers() {
+    let segment = Segment { now: Duration::ZERO, line: VecDeque::new(), requests: 0 };
+    let line = Line::over(Box::new(Framed::new(segment, false)), "segment");
+    std::thread::scope(|scope| {
+        for thread in 0..6u8 {
+            let mut session = line.session(Address::serial(1 + thread % 3));
+            scope.spawn(move || {
+                for number in 0..200 {
+                    let value = session.command(gap(number)).unwrap();
+                    assert_eq!(value, i32::from(1 + thread % 3) * 1000 + i32::from(number));
+                }
+            });
+        }
+    });
 }

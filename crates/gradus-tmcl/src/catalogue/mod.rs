@@ -8,6 +8,7 @@
 
 mod command;
 mod commands;
+mod effect;
 mod meaning;
 mod module;
 mod parameter;
@@ -19,6 +20,7 @@ pub(crate) use command::encode;
 pub use command::{Ascii, Command, EncodeError, Field, Keyword, Mode, Modes, Operand, OperandKind};
 pub use commands::COMMANDS;
 pub(crate) use commands::FIELDS;
+pub use effect::Effect;
 pub use meaning::{Ap, Gp};
 pub use module::{Direction, Interrupt, InterruptKind, MODULES, Model, Module, Port};
 pub use parameter::{Access, AxisParameter, Choice, GlobalParameter, Unit, Values};

@@ -11,6 +11,7 @@ mod run;
 mod set;
 #[cfg(unix)]
 mod sim;
+mod stats;
 
 use std::io::Write;
 
@@ -26,6 +27,7 @@ pub enum Command {
     Get(get::Get),
     Set(set::Set),
     Params(params::Params),
+    Stats(stats::Stats),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -46,6 +48,7 @@ impl Command {
             Self::Get(get) => get.run(out),
             Self::Set(set) => set.run(out),
             Self::Params(params) => params.run(out),
+            Self::Stats(stats) => stats.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),
         }

@@ -1,0 +1,173 @@
+//! A line that several sessions share.
+//!
+//! Only one request is under way on a line at a time, also where the modules would allow more (CAN): on RS-485 two answers at
+//! once destroy each other, and an order that holds for the whole line is what makes late answers recognisable.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use gradus_sim::Bench;
+use gradus_tmcl::{Instruction, Opcode, Reply, Status};
+
+use crate::can::CanLink;
+use crate::link::Framed;
+use crate::serial::SerialStream;
+use crate::sim::SimStream;
+use crate::tcp::TcpStream;
+use crate::{Address, Error, Heard, Link, Nature, Place, Session, Url};
+
+/// How many events wait for somebody to take them; the oldest go.
+const EVENTS_KEPT: usize = 1000;
+
+/// A second reply of command 138: motors have reached their targets.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct PositionReached {
+    /// The motors, one bit each.
+    pub motors: i32,
+}
+
+/// An open line. Clones are the same line.
+#[derive(Clone)]
+pub struct Line {
+    port: Arc<str>,
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    /// Whoever wants the wire queues here, so that nobody takes it twice while another one waits.
+    turnstile: Mutex<()>,
+    wire: Mutex<Wire>,
+}
+
+/// What holds for the whole line.
+pub(crate) struct Wire {
+    pub link: Box<dyn Link>,
+    /// Counts the doubts whether an answer is under way. Who got in step before the latest one has to do it again.
+    pub doubts: u64,
+    /// The latest answer.
+    pub last: Option<Exchange>,
+    /// True where a second copy of an answer may come.
+    pub doubling: bool,
+    /// Events that nobody has taken yet, with the address of their module.
+    events: VecDeque<(u8, PositionReached)>,
+}
+
+/// A request and its answer.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Exchange {
+    pub module: u8,
+    pub opcode: Opcode,
+    pub answer: [u8; 9],
+}
+
+impl Line {
+    /// Opens a port. Nothing is sent yet.
+    ///
+    /// # Errors
+    /// When the port does not open.
+    pub fn open(url: &Url) -> Result<Self, Error> {
+        let link = link(url).map_err(|reason| Error::Open { port: url.to_string(), reason })?;
+        let line = Self::over(link, &url.to_string());
+        line.lock().doubling |= url.guard;
+        Ok(line)
+    }
+
+    /// A line over a link that is open already; `port` names it in messages.
+    pub fn over(link: Box<dyn Link>, port: &str) -> Self {
+        let doubling = link.nature().can;
+        let wire = Wire { link, doubts: 1, last: None, doubling, events: VecDeque::new() };
+        Self { port: port.into(), shared: Arc::new(Shared { turnstile: Mutex::default(), wire: Mutex::new(wire) }) }
+    }
+
+    /// A session with the module of that address. It sends nothing before its first request.
+    pub fn session(&self, address: Address) -> Session {
+        Session::new(self.clone(), address)
+    }
+
+    /// Name of the port, for messages.
+    pub fn port(&self) -> &str {
+        &self.port
+    }
+
+    /// What kind of line it is.
+    pub fn nature(&self) -> Nature {
+        self.lock().link.nature()
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Wire> {
+        let _turn = self.shared.turnstile.lock().unwrap_or_else(PoisonError::into_inner);
+        self.shared.wire.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The bench of a virtual module, if this is the only session with it.
+    pub(crate) fn bench(&mut self) -> Option<&mut Bench> {
+        let shared = Arc::get_mut(&mut self.shared)?;
+        shared.wire.get_mut().unwrap_or_else(PoisonError::into_inner).link.bench()
+    }
+}
+
+fn link(url: &Url) -> Result<Box<dyn Link>, String> {
+    Ok(match &url.place {
+        Place::Sim(module) => Box::new(Framed::new(SimStream::open(module)?, false)),
+        Place::Tcp { host, port } => Box::new(Framed::new(TcpStream::open(host, *port)?, url.echo)),
+        Place::Serial { path, baud, rs485 } => {
+            Box::new(Framed::new(SerialStream::open(path, *baud, *rs485)?, url.echo))
+        }
+        Place::Can { bus, bit_rate } => Box::new(CanLink::open(bus, *bit_rate)?),
+    })
+}
+
+impl Wire {
+    /// From now on nobody knows what is under way.
+    pub fn doubt(&mut self) {
+        self.doubts += 1;
+    }
+
+    pub fn send(&mut self, to: Address, instruction: Instruction, port: &str) -> Result<(), Error> {
+        self.link.send(to, instruction).map_err(|error| Error::Broken { port: port.into(), error })
+    }
+
+    /// What comes next; `None`: an event, which is kept.
+    pub fn receive(&mut self, deadline: Duration, port: &str) -> Result<Option<Heard>, Error> {
+        let heard = self.link.receive(deadline).map_err(|error| Error::Broken { port: port.into(), error })?;
+        Ok(match heard {
+            Heard::Datagram(bytes) if self.keep_event(&bytes) => None,
+            other => Some(other),
+        })
+    }
+
+    /// What comes next and is no event.
+    pub fn hear(&mut self, deadline: Duration, port: &str) -> Result<Heard, Error> {
+        loop {
+            if let Some(heard) = self.receive(deadline, port)? {
+                return Ok(heard);
+            }
+        }
+    }
+
+    fn keep_event(&mut self, bytes: &[u8; 9]) -> bool {
+        let event = Reply::parse(bytes)
+            .ok()
+            .filter(|reply| reply.status == Status::POSITION_REACHED && reply.command == Opcode::POSITION_EVENT);
+        if let Some(reply) = event {
+            if self.events.len() == EVENTS_KEPT {
+                self.events.pop_front();
+            }
+            self.events.push_back((reply.module, PositionReached { motors: reply.value }));
+        }
+        event.is_some()
+    }
+
+    /// The oldest event of a module.
+    pub fn take_event(&mut self, module: u8) -> Option<PositionReached> {
+        let index = self.events.iter().position(|(from, _)| *from == module)?;
+        self.events.remove(index).map(|(_, event)| event)
+    }
+
+    /// Says what a datagram means that nobody asked for: a second copy of the latest answer shows that the line doubles.
+    pub fn unasked(&mut self, bytes: &[u8; 9]) {
+        self.doubling |= self.last.is_some_and(|last| last.answer == *bytes);
+        self.doubt();
+    }
+}

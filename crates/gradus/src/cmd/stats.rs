@@ -1,0 +1,43 @@
+//! `gradus stats`
+
+use std::io::Write;
+
+use anyhow::bail;
+use gradus_tmcl::catalogue::Gp;
+
+use crate::port::Port;
+
+/// Ask a module many times and tell what the line is like
+///
+/// Reads a parameter over and over and prints how long the answers took, how many requests were sent again, and how many answers
+/// came damaged, late or not at all. Nothing is changed. The same figures come at the end of any command with --verbose.
+///
+/// Exit status: 0 when every request got its answer, with repeating; 1 when some did not.
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  gradus stats --port /dev/ttyACM0
+  gradus stats --port 'can:can0?id=1&reply=2' --count 10000")]
+pub struct Stats {
+    #[command(flatten)]
+    port: Port,
+    /// Number of requests
+    #[arg(long, value_name = "N", default_value_t = 1000)]
+    count: u32,
+}
+
+impl Stats {
+    pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        let mut session = self.port.open()?;
+        let mut failed = 0;
+        for _ in 0..self.count {
+            match session.get_global(Gp::TickTimer, 0) {
+                Ok(_) => {}
+                Err(error) if error.is_passing() => failed += 1,
+                Err(error) => return Err(error.into()),
+            }
+        }
+        write!(out, "{}", session.statistics())?;
+        if failed > 0 { bail!("{failed} of {} requests got no answer", self.count) } else { Ok(()) }
+    }
+}
