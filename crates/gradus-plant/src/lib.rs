@@ -4,6 +4,9 @@
 //! [`Encoder`] with an index. Its rotor is rigid, which turns with the coil vector, or that of a [`Motor`] with inertia,
 //! friction and load, which loses steps. Lengths are microsteps of 1/256 full step.
 //!
+//! A [`ServoMachine`] is the bridge of a servo module with its supply and what the bridge drives: a three-phase or a
+//! direct-current motor with hall sensors, an encoder and a load.
+//!
 //! Everything is deterministic, and equal to the bit on every machine: floating-point numbers are only added, multiplied,
 //! divided, and their square roots taken.
 
@@ -11,9 +14,13 @@ mod axis;
 mod contacts;
 mod driver;
 mod encoder;
+mod hall;
 mod motors;
 mod rigid;
+mod servo_machine;
+mod servo_motors;
 mod stepper;
+mod supply;
 mod surroundings;
 mod travel;
 mod trigonometry;
@@ -23,7 +30,11 @@ pub use axis::{MICROSTEPS_PER_FULL_STEP, Readings, StepperAxis};
 pub use contacts::STEP_US;
 pub use driver::{CoilFault, CoolStep, DriverSettings, DriverState, StealthChop};
 pub use encoder::{Channels, Encoder, NullEvent};
+pub use hall::HallSensors;
 pub use motors::{MOTORS, Mechanics, Motor};
+pub use servo_machine::{Bridge, BridgeData, Powers, ServoMachine, ServoSetup};
+pub use servo_motors::{Phases, SERVO_MOTORS, ServoMotor};
 pub use stepper::{Coil, Currents};
+pub use supply::Supply;
 pub use surroundings::Surroundings;
 pub use travel::{Home, Switch, Travel};

@@ -45,8 +45,9 @@ pub struct CurrentLoop {
 }
 
 impl CurrentLoop {
-    /// From the rotor's electrical angle, the currents of phases A and B (-32767 to 32767 mA) and the wanted currents to the duties that bring them about. With a direct-current motor the angle
-    /// does not count: the torque current flows from A to B.
+    /// From the rotor's electrical angle, the currents of phases A and B (-32767 to 32767 mA) and the wanted currents
+    /// to the duties that bring them about. With a direct-current motor the angle does not count: the torque current
+    /// flows from A to B.
     #[inline]
     pub fn cycle(&mut self, gains: &CurrentGains, angle_q16: i16, phases_ma: [i32; 2], target_ma: Dq) -> Duties {
         match gains.motor {

@@ -7,8 +7,8 @@ const LONGEST: usize = 32;
 
 /// Measures velocity as the way over the last 8, 16 or 32 cycles.
 ///
-/// The window is the shortest of these that is not shorter than a period of the module's velocity meter (4369 Hz): 0.32 ms at 25, 50 and 100 kHz. With 4096 counts a turn,
-/// one count there is 46 rpm.
+/// The window is the shortest of these that is not shorter than a period of the module's velocity meter (4369 Hz): 0.32
+/// ms at 25, 50 and 100 kHz. With 4096 counts a turn, one count there is 46 rpm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct VelocityWindow {
     positions_q32: [i64; LONGEST],

@@ -19,10 +19,11 @@ pub enum InitState {
 
 /// An alignment of the rotor: what the field does in each cycle.
 ///
-/// The chip maker's procedure puts a voltage at angle zero and waits. A rotor that stands opposite, where the field does not turn it, would
-/// stay there; and nothing says what voltage it is. So here, in quarters of the time:
+/// The chip maker's procedure puts a voltage at angle zero and waits. A rotor that stands opposite, where the field
+/// does not turn it, would stay there; and nothing says what voltage it is. So here, in quarters of the time:
 /// 1. the flux regulator brings the open-loop current to flow a quarter turn ahead,
-/// 2. the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current does not), and the field turns to zero,
+/// 2. the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current does not),
+///    and the field turns to zero,
 /// 3. and 4. the rotor settles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Alignment {

@@ -33,11 +33,13 @@ impl HallGains {
     }
 }
 
-/// Three hall sensors, a third of an electrical turn apart. Bit 0 is the sensor of phase A, which is closed for half a turn around angle 0.
+/// Three hall sensors, a third of an electrical turn apart. Bit 0 is the sensor of phase A, which is closed for half a
+/// turn around angle 0.
 ///
-/// Sector `n` lies around the angle `n` * 60 degrees. Without interpolation the angle is the middle of the sector. With interpolation it goes on from the edge
-/// with the speed between the last two edges, at most to the end of the sector; below 60 rpm, and after a reversal, it is the middle.
-/// Codes 0 and 7 do not exist: they are a [fault](Self::is_faulty), and the angle stays.
+/// Sector `n` lies around the angle `n` * 60 degrees. Without interpolation the angle is the middle of the sector. With
+/// interpolation it goes on from the edge with the speed between the last two edges, at most to the end of the sector;
+/// below 60 rpm, and after a reversal, it is the middle. Codes 0 and 7 do not exist: they are a
+/// [fault](Self::is_faulty), and the angle stays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Hall {
     sector: Option<u8>,

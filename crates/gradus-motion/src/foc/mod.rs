@@ -1,7 +1,7 @@
 //! Field-oriented control of a servo: from measured currents and sensors to the duties of a bridge, in integers.
 //!
-//! [`ServoSettings`] is what the user sets (TMCM-1617 axis parameters 10 to 110), [`ServoGains`] is what a cycle needs, [`Servo`] is
-//! what moves. [`Servo::cycle`] runs once a PWM period:
+//! [`ServoSettings`] is what the user sets (TMCM-1617 axis parameters 10 to 110), [`ServoGains`] is what a cycle needs,
+//! [`Servo`] is what moves. [`Servo::cycle`] runs once a PWM period:
 //!
 //! ```text
 //! Hall, AbnEncoder, OpenLoop -> angle, position, velocity
@@ -12,14 +12,14 @@
 //! Formats are those of the module:
 //! - an electrical angle is an `i16`, 65536 a turn (`angle_q16`);
 //! - a position is an `i32` that wraps, 65536 a mechanical turn; inside it is an `i64`, 2^32 a turn (`position_q32`);
-//! - a current is in mA, the amplitude of the phase currents; up to 32767. One step of the module's current converter is taken
-//!   for 1 mA: no source states the factor, and this one holds the 18 A of the module with their peak;
+//! - a current is in mA, the amplitude of the phase currents; up to 32767. One step of the module's current converter
+//!   is taken for 1 mA: no source states the factor, and this one holds the 18 A of the module with their peak;
 //! - a voltage is 32767 for the largest sine that the bridge can make, a phase amplitude of supply / sqrt(3);
 //! - a velocity is in rpm, mechanical or electrical as the user likes;
 //! - a duty is 32768 for always on.
 //!
-//! Regulators are the "classic" ones of the module's controller chip: see [`PiGains`]. A cycle divides nothing, but where a hall
-//! sensor changes and in the millisecond's tick of the ramp.
+//! Regulators are the "classic" ones of the module's controller chip: see [`PiGains`]. A cycle divides nothing, but
+//! where a hall sensor changes and in the millisecond's tick of the ramp.
 
 mod angle;
 mod commutation;

@@ -2,7 +2,8 @@
 
 use super::vector::{AlphaBeta, Dq};
 
-/// The largest voltage, by its amplitude: a phase amplitude of supply / sqrt(3), which is all that space-vector modulation can make.
+/// The largest voltage, by its amplitude: a phase amplitude of supply / sqrt(3), which is all that space-vector
+/// modulation can make.
 pub const FULL_VOLTAGE: i32 = 32_767;
 
 /// Duties of the half bridges A, B and C: how long the upper switch is on, from 0 to 32768 (always).
@@ -15,7 +16,8 @@ pub struct Duties {
 /// Half of the time up.
 const HALF: i32 = 1 << 14;
 
-/// Duty steps in a step of voltage along phase A: 32768 / (32767 sqrt(3)), 16 fraction bits; and along beta, sqrt(3)/2 of it.
+/// Duty steps in a step of voltage along phase A: 32768 / (32767 sqrt(3)), 16 fraction bits; and along beta, sqrt(3)/2
+/// of it.
 const ALONG_A_Q16: i64 = 37_838;
 const ALONG_BETA_Q16: i64 = 32_769;
 
@@ -23,10 +25,11 @@ impl Duties {
     /// All half bridges at half: no voltage between phases.
     pub const ZERO: Self = Self { q15: [HALF as u16; 3] };
 
-    /// Space-vector modulation: sines with the third harmonic that keeps the highest and the lowest phase equally far from the rails.
+    /// Space-vector modulation: sines with the third harmonic that keeps the highest and the lowest phase equally far
+    /// from the rails.
     ///
-    /// The amplitude may be up to [`FULL_VOLTAGE`]; duties that would go beyond the rails stop there. The worst error of the voltage between two
-    /// phases is 1.6 of 32768 of the supply.
+    /// The amplitude may be up to [`FULL_VOLTAGE`]; duties that would go beyond the rails stop there. The worst error
+    /// of the voltage between two phases is 1.6 of 32768 of the supply.
     #[inline]
     pub fn three_phase(voltage: AlphaBeta) -> Self {
         let along_a = i64::from(voltage.alpha) * ALONG_A_Q16;
@@ -37,8 +40,8 @@ impl Duties {
         Self { q15: [duty(a), duty(b), duty(c)] }
     }
 
-    /// A direct-current motor between A and B: [`FULL_VOLTAGE`] gives it the whole supply. Voltages beyond stop there. The worst error is 1 of
-    /// 32768 of the supply.
+    /// A direct-current motor between A and B: [`FULL_VOLTAGE`] gives it the whole supply. Voltages beyond stop there.
+    /// The worst error is 1 of 32768 of the supply.
     #[inline]
     pub fn single_phase(voltage: i32) -> Self {
         let half = (voltage.clamp(-FULL_VOLTAGE, FULL_VOLTAGE) + voltage.signum()) / 2;
@@ -46,7 +49,8 @@ impl Duties {
     }
 }
 
-/// Shortens a vector to [`FULL_VOLTAGE`], keeping its direction; true if that was needed. Components from -32767 to 32767.
+/// Shortens a vector to [`FULL_VOLTAGE`], keeping its direction; true if that was needed. Components from -32767 to
+/// 32767.
 ///
 /// The shortened vector is never too long, and at most 3 too short.
 #[inline]
@@ -66,7 +70,8 @@ pub fn limit_to_circle(vector: Dq) -> (Dq, bool) {
 /// 2^30 / 32767^2 with 30 fraction bits, rounded up.
 const RATIO_Q30: i64 = (1_i64 << 60) / (32_767 * 32_767) + 1;
 
-/// 1/sqrt(x) for x from 1 to 2, both with 30 fraction bits: a straight line and two steps of Newton's, which come from below.
+/// 1/sqrt(x) for x from 1 to 2, both with 30 fraction bits: a straight line and two steps of Newton's, which come from
+/// below.
 #[inline]
 fn inverse_sqrt_q30(x: i64) -> i64 {
     const THREE_HALVES: i64 = 3 << 29;

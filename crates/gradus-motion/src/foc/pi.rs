@@ -9,8 +9,8 @@ pub struct PiSettings {
     pub i: u16,
 }
 
-/// A PI regulator's settings for each cycle: `output = P e / 256 + sum of I e / 65536`, where the sum has a new term every 32 us for flux
-/// and torque and every 256 us for the velocity. A cycle adds its share of a term.
+/// A PI regulator's settings for each cycle: `output = P e / 256 + sum of I e / 65536`, where the sum has a new term
+/// every 32 us for flux and torque and every 256 us for the velocity. A cycle adds its share of a term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PiGains {
     p_q8: i64,
@@ -55,7 +55,8 @@ pub struct Pi {
 impl Pi {
     /// Output for this error, within `-limit..=limit` (0 to 32767). [`integrate`](Self::integrate) completes the cycle.
     ///
-    /// The integral part is rounded down, the proportional as well: the output is at most 2 less than exact arithmetic gives.
+    /// The integral part is rounded down, the proportional as well: the output is at most 2 less than exact arithmetic
+    /// gives.
     #[inline]
     pub fn output(&mut self, gains: &PiGains, error: i32, limit: i32) -> i32 {
         self.error = error.clamp(-MAX_ERROR, MAX_ERROR);
@@ -63,8 +64,8 @@ impl Pi {
         sum.clamp(-i64::from(limit), i64::from(limit)) as i32
     }
 
-    /// Adds the error of this cycle to the integral, which keeps within the output's limit. When the `output` was `limited`, an error of the same sign adds nothing:
-    /// the integral does not wind up.
+    /// Adds the error of this cycle to the integral, which keeps within the output's limit. When the `output` was
+    /// `limited`, an error of the same sign adds nothing: the integral does not wind up.
     #[inline]
     pub fn integrate(&mut self, gains: &PiGains, output: i32, limited: bool, limit: i32) {
         let winds_up = limited && (i64::from(self.error) * i64::from(output)) > 0;

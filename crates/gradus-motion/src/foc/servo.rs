@@ -35,12 +35,16 @@ pub enum Mode {
 
 /// A motor with its sensors under field-oriented control.
 ///
-/// [`cycle`](Self::cycle) runs once a PWM period while the bridge is on, [`idle`](Self::idle) while it is off. Modes change while the motor runs, without a jump of the torque:
-/// - in current mode the ramp follows the measured velocity and position, and the velocity regulator starts with the torque that flows;
+/// [`cycle`](Self::cycle) runs once a PWM period while the bridge is on, [`idle`](Self::idle) while it is off. Modes
+/// change while the motor runs, without a jump of the torque:
+/// - in current mode the ramp follows the measured velocity and position, and the velocity regulator starts with the
+///   torque that flows;
 /// - in velocity mode the ramp follows the measured position;
-/// - a position ramp starts as far ahead of the rotor as the position regulator needs to ask for the velocity that the rotor has.
+/// - a position ramp starts as far ahead of the rotor as the position regulator needs to ask for the velocity that the
+///   rotor has.
 ///
-/// With [`Commutation::Encoder`] the rotor's angle is found first, as [`InitState`] tells, then the motor does what was asked of it. A direct-current motor needs no angle.
+/// With [`Commutation::Encoder`] the rotor's angle is found first, as [`InitState`] tells, then the motor does what was
+/// asked of it. A direct-current motor needs no angle.
 #[derive(Clone, Debug)]
 pub struct Servo {
     gains: ServoGains,
@@ -102,8 +106,8 @@ impl Servo {
         }
     }
 
-    /// Changes the settings. The position goes on where it is, whatever sensor now counts it; another encoder or number of pole pairs must be initialised
-    /// again.
+    /// Changes the settings. The position goes on where it is, whatever sensor now counts it; another encoder or number
+    /// of pole pairs must be initialised again.
     pub fn set_gains(&mut self, gains: ServoGains) {
         let same_encoder = gains.encoder.scale == self.gains.encoder.scale
             && gains.encoder.inverted == self.gains.encoder.inverted
@@ -115,7 +119,8 @@ impl Servo {
         self.position_offset = self.sensor_position().wrapping_sub(self.position);
     }
 
-    /// One PWM period: what is measured at its beginning, and the duties for it. `None`: the bridge stays open, because there is no motor or nothing commutates.
+    /// One PWM period: what is measured at its beginning, and the duties for it. `None`: the bridge stays open, because
+    /// there is no motor or nothing commutates.
     #[inline]
     pub fn cycle(&mut self, feedback: &Feedback) -> Option<Duties> {
         self.measure(feedback);
@@ -371,7 +376,8 @@ impl Servo {
         }
     }
 
-    /// Velocity that the regulator is to ask for now. After current mode the regulator starts with the torque that is wanted.
+    /// Velocity that the regulator is to ask for now. After current mode the regulator starts with the torque that is
+    /// wanted.
     fn velocity_without_jump(&mut self) -> i32 {
         if self.mode == Mode::Current {
             self.velocity.preset(self.within_max_current(self.target_current_ma.q));

@@ -34,7 +34,8 @@ impl TurnCounter {
         }
     }
 
-    /// Position, 2^32 a turn; not less than exact, and by less than 2^-24 turns more. In steps of 1/65536 turn, rounded down, it is exact.
+    /// Position, 2^32 a turn; not less than exact, and by less than 2^-24 turns more. In steps of 1/65536 turn, rounded
+    /// down, it is exact.
     #[inline]
     pub fn position_q32(&self, scale: &CountScale) -> i64 {
         let within = (self.count as u64 * scale.turn_q48_per_count) >> 16;

@@ -30,8 +30,8 @@ impl AlphaBeta {
         Self { alpha: a, beta: beta as i32 }
     }
 
-    /// Park transformation; `angle` is the [`sin_cos`](super::sin_cos) of the rotor. Components from -65536 to 65536; the worst
-    /// error against exact sines is 2.
+    /// Park transformation; `angle` is the [`sin_cos`](super::sin_cos) of the rotor. Components from -65536 to 65536;
+    /// the worst error against exact sines is 2.
     #[inline]
     pub fn to_rotor(self, angle: (i32, i32)) -> Dq {
         let (sin, cos) = angle;

@@ -1,0 +1,558 @@
+//! A servo motor with its bridge, supply, sensors and load.
+//!
+//! The motor is computed in the frame of its rotor (dq), by the classical Runge-Kutta method with one step a PWM
+//! period. In a period the duties, the load and the supply's voltage stay; the voltage turns away from the rotor as the
+//! rotor turns. A direct-current motor is the same equations without rotation.
+//!
+//! What the bridge does is averaged over the period. Its dead time takes `supply * dead time / period` from a phase,
+//! against the current. With the bridge open the currents flow through the diodes against the supply until they end; a
+//! rotor that is so fast that it would charge the supply through the diodes is not modelled. Nor are: iron losses,
+//! cogging, the ripple of the current in a period.
+
+use crate::encoder::NullLatch;
+use crate::hall::HallSensors;
+use crate::motors::Mechanics;
+use crate::servo_motors::{Phases, ServoMotor};
+use crate::supply::Supply;
+use crate::trigonometry::sin_cos;
+use crate::{Encoder, NullEvent, Surroundings};
+
+/// 1/sqrt(3) and sqrt(3)/2.
+const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
+const HALF_SQRT_3: f64 = 0.866_025_403_784_438_6;
+
+/// Copper's resistance rises by this share of its value at 25 degC for each kelvin.
+const COPPER_PER_K: f64 = 0.003_86;
+
+/// Below this current in amperes a phase takes less than the whole dead time: its ripple reverses within the period.
+const DEAD_TIME_SOFT_A: f64 = 0.05;
+
+/// Everything that a servo's connectors lead to, as data.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ServoSetup {
+    /// The motor.
+    pub motor: ServoMotor,
+    /// What hangs on the shaft.
+    pub mechanics: Mechanics,
+    /// Hall sensors.
+    pub hall: HallSensors,
+    /// The encoder on the shaft; its count is 0 at position 0.
+    pub encoder: Encoder,
+    /// Where the magnet points at position 0, in electrical turns ahead of phase A.
+    pub magnet_turns: f64,
+    /// The supply.
+    pub supply: Supply,
+    /// The bridge.
+    pub bridge: BridgeData,
+}
+
+impl Default for ServoSetup {
+    /// A QBL4208-61 with a light load: 50 gcm^2, 1 mNm of friction.
+    fn default() -> Self {
+        let mechanics = Mechanics { inertia_kgm2: 5e-6, friction_nm: 1e-3, viscous_nms: 1e-6, load_nm: 0.0 };
+        Self {
+            motor: ServoMotor::default(),
+            mechanics,
+            hall: HallSensors::default(),
+            encoder: Encoder::default(),
+            magnet_turns: 0.0,
+            supply: Supply::default(),
+            bridge: BridgeData::default(),
+        }
+    }
+}
+
+/// Bridge of three half bridges.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct BridgeData {
+    /// Seconds in which both switches of a half bridge are off at each change.
+    pub dead_time_s: f64,
+    /// Resistance of a switch in ohms.
+    pub switch_ohm: f64,
+}
+
+impl Default for BridgeData {
+    /// 300 ns and 5 milliohms.
+    fn default() -> Self {
+        Self { dead_time_s: 3e-7, switch_ohm: 5e-3 }
+    }
+}
+
+/// What the firmware does with the bridge for a PWM period.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Bridge {
+    /// All switches are off.
+    Open,
+    /// How long the upper switches of A, B and C are on, from 0 to 1.
+    Duties([f64; 3]),
+}
+
+/// Where power goes, in watts, at the end of the latest step.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Powers {
+    /// Out of the source.
+    pub source_w: f64,
+    /// Lost in the resistance of source and cable.
+    pub cable_w: f64,
+    /// Lost in the brake resistor.
+    pub chopper_w: f64,
+    /// Lost in the bridge's switches.
+    pub bridge_w: f64,
+    /// Lost in the winding.
+    pub copper_w: f64,
+    /// Lost in friction, Coulomb and viscous.
+    pub friction_w: f64,
+    /// Given to the load torque.
+    pub load_w: f64,
+}
+
+/// What moves: currents in the frame of the rotor in amperes, speed in rad/s, way since the begin of the step in
+/// radians.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Motion {
+    d_a: f64,
+    q_a: f64,
+    speed: f64,
+    turned: f64,
+}
+
+impl Motion {
+    #[inline]
+    fn plus(self, slope: Self, seconds: f64) -> Self {
+        Self {
+            d_a: self.d_a + slope.d_a * seconds,
+            q_a: self.q_a + slope.q_a * seconds,
+            speed: self.speed + slope.speed * seconds,
+            turned: self.turned + slope.turned * seconds,
+        }
+    }
+}
+
+/// What a step needs of the data.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Constants {
+    pole_pairs: f64,
+    /// 0 without rotation of the frame.
+    rotation: f64,
+    inductance_d_h: f64,
+    inductance_q_h: f64,
+    per_inductance_d: f64,
+    per_inductance_q: f64,
+    per_saturation_a: f64,
+    /// Back-EMF in V per rad/s of the shaft.
+    emf_vs: f64,
+    /// Torque of the currents' own flux: 1.5 pole pairs, 0 with one phase.
+    own_flux: f64,
+    torque_nm_per_a: f64,
+    per_inertia: f64,
+    /// Power of a vector, `v i` times this.
+    power: f64,
+}
+
+impl Constants {
+    fn new(setup: &ServoSetup) -> Self {
+        let motor = &setup.motor;
+        let three = motor.phases == Phases::Three;
+        let pole_pairs = f64::from(motor.pole_pairs);
+        Self {
+            pole_pairs,
+            rotation: if three { pole_pairs } else { 0.0 },
+            inductance_d_h: motor.inductance_d_h,
+            inductance_q_h: motor.inductance_q_h,
+            per_inductance_d: 1.0 / motor.inductance_d_h,
+            per_inductance_q: 1.0 / motor.inductance_q_h,
+            per_saturation_a: motor.saturation_a.map_or(0.0, |current| 1.0 / current),
+            emf_vs: if three { motor.torque_nm_per_a / 1.5 } else { motor.torque_nm_per_a },
+            own_flux: if three { 1.5 * pole_pairs } else { 0.0 },
+            torque_nm_per_a: motor.torque_nm_per_a,
+            per_inertia: 1.0 / (motor.inertia_kgm2 + setup.mechanics.inertia_kgm2),
+            power: if three { 1.5 } else { 1.0 },
+        }
+    }
+}
+
+/// What stays in a step.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Step {
+    /// Voltage in the frame of the rotor at the begin of the step; `None`: no current can flow.
+    volts: Option<[f64; 2]>,
+    resistance_ohm: f64,
+    viscous_nms: f64,
+    /// Load and Coulomb friction, against the positive direction; `None`: friction holds the shaft.
+    against_nm: Option<f64>,
+}
+
+/// A servo motor with everything that the module's connectors lead to.
+#[derive(Clone, Debug)]
+pub struct ServoMachine {
+    setup: ServoSetup,
+    constants: Constants,
+    motion: Motion,
+    /// Turns of the shaft.
+    position: f64,
+    /// Sine and cosine of the rotor's electrical angle.
+    angle: (f64, f64),
+    bus_v: f64,
+    chopper: bool,
+    ambient_c: f64,
+    winding_c: f64,
+    driver_c: f64,
+    null: Option<NullLatch>,
+}
+
+impl ServoMachine {
+    /// A machine at rest at position 0, with everything at 25 degC.
+    pub fn new(setup: ServoSetup) -> Self {
+        let mut machine = Self {
+            constants: Constants::new(&setup),
+            motion: Motion::default(),
+            position: 0.0,
+            angle: (0.0, 1.0),
+            bus_v: setup.supply.source_v,
+            chopper: false,
+            ambient_c: 25.0,
+            winding_c: 25.0,
+            driver_c: 25.0,
+            null: None,
+            setup,
+        };
+        machine.place(0.0);
+        machine
+    }
+
+    /// One PWM period.
+    #[inline]
+    pub fn step(&mut self, seconds: f64, bridge: Bridge) {
+        let (volts, open) = match bridge {
+            Bridge::Duties(duties) => (Some(self.driven_volts(duties, seconds)), false),
+            Bridge::Open => (self.diode_volts(), true),
+        };
+        let step = self.forces(volts);
+        let before = self.motion;
+        let mut after = self.runge_kutta(&step, seconds);
+        if before.speed * after.speed < 0.0 {
+            // Friction may hold the shaft from here on: the next step decides.
+            after.speed = 0.0;
+        }
+        if open {
+            after = without_reversed_currents(before, after);
+        }
+        let bus_w = volts.map_or(0.0, |volts| self.mean_power(volts, before, after));
+        self.bus_v = self.setup.supply.next_v(self.bus_v, bus_w, self.chopper, seconds);
+        self.warm_up(seconds, after);
+        self.position += after.turned * (0.5 / std::f64::consts::PI);
+        self.motion = Motion { turned: 0.0, ..after };
+        self.angle = sin_cos(self.electrical_turns());
+    }
+
+    /// Power that the bridge takes from the supply in a step.
+    #[inline]
+    fn mean_power(&self, volts: [f64; 2], before: Motion, after: Motion) -> f64 {
+        let [volts_d, volts_q] = turned_back(volts, 0.5 * self.constants.rotation * after.turned);
+        0.5 * self.constants.power * (volts_d * (before.d_a + after.d_a) + volts_q * (before.q_a + after.q_a))
+    }
+
+    /// Voltage that the bridge gives, in the frame of the rotor.
+    #[inline]
+    fn driven_volts(&self, duties: [f64; 3], seconds: f64) -> [f64; 2] {
+        let dead_v = self.bus_v * self.setup.bridge.dead_time_s / seconds;
+        let currents = self.phase_currents_a();
+        let volts =
+            |phase: usize| self.bus_v * duties[phase] - dead_v * (currents[phase] / DEAD_TIME_SOFT_A).clamp(-1.0, 1.0);
+        let [a, b, c] = [volts(0), volts(1), volts(2)];
+        match self.setup.motor.phases {
+            Phases::One => [0.0, a - b],
+            Phases::Three => self.to_rotor([(2.0 * a - b - c) / 3.0, (b - c) * INV_SQRT_3]),
+        }
+    }
+
+    /// Voltage of the diodes: the supply against the currents; `None` when none flow.
+    fn diode_volts(&self) -> Option<[f64; 2]> {
+        let Motion { d_a, q_a, .. } = self.motion;
+        let length = (d_a * d_a + q_a * q_a).sqrt();
+        let volts = self.bus_v * INV_SQRT_3 / length;
+        (length > 0.0).then_some([-volts * d_a, -volts * q_a])
+    }
+
+    #[inline]
+    fn to_rotor(&self, [alpha, beta]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.angle;
+        [alpha * cos + beta * sin, beta * cos - alpha * sin]
+    }
+
+    /// What stays in the step that begins now.
+    #[inline]
+    fn forces(&self, volts: Option<[f64; 2]>) -> Step {
+        let mechanics = &self.setup.mechanics;
+        let Motion { d_a, q_a, speed, .. } = self.motion;
+        let copper_ohm = self.setup.motor.resistance_ohm * (1.0 + COPPER_PER_K * (self.winding_c - 25.0));
+        let push_nm = self.torque(d_a, q_a) - mechanics.load_nm;
+        let friction_nm = mechanics.friction_nm;
+        let against_nm = if speed == 0.0 && push_nm.abs() <= friction_nm {
+            None
+        } else {
+            let direction = if speed == 0.0 { push_nm } else { speed };
+            Some(mechanics.load_nm + friction_nm.copysign(direction))
+        };
+        Step { volts, resistance_ohm: copper_ohm + self.bridge_ohm(), viscous_nms: mechanics.viscous_nms, against_nm }
+    }
+
+    /// Resistance of the bridge in a phase, or in the loop with one phase.
+    fn bridge_ohm(&self) -> f64 {
+        match self.setup.motor.phases {
+            Phases::Three => self.setup.bridge.switch_ohm,
+            Phases::One => 2.0 * self.setup.bridge.switch_ohm,
+        }
+    }
+
+    #[inline]
+    fn runge_kutta(&self, step: &Step, seconds: f64) -> Motion {
+        let half = 0.5 * seconds;
+        let first = self.slope(step, self.motion);
+        let second = self.slope(step, self.motion.plus(first, half));
+        let third = self.slope(step, self.motion.plus(second, half));
+        let fourth = self.slope(step, self.motion.plus(third, seconds));
+        let sixth = seconds / 6.0;
+        self.motion.plus(first, sixth).plus(second, 2.0 * sixth).plus(third, 2.0 * sixth).plus(fourth, sixth)
+    }
+
+    /// The equations of the motor.
+    #[inline]
+    fn slope(&self, step: &Step, now: Motion) -> Motion {
+        let [d_a, q_a] = step.volts.map_or([0.0; 2], |volts| self.current_slope(volts, step.resistance_ohm, now));
+        let push_nm = |against_nm: f64| self.torque(now.d_a, now.q_a) - step.viscous_nms * now.speed - against_nm;
+        let speed = step.against_nm.map_or(0.0, |against_nm| push_nm(against_nm) * self.constants.per_inertia);
+        Motion { d_a, q_a, speed, turned: now.speed }
+    }
+
+    #[inline]
+    fn current_slope(&self, volts: [f64; 2], resistance_ohm: f64, now: Motion) -> [f64; 2] {
+        let constants = &self.constants;
+        let [volts_d, volts_q] = turned_back(volts, constants.rotation * now.turned);
+        let (flux_d, per_d) = self.flux(now.d_a, constants.inductance_d_h, constants.per_inductance_d);
+        let (flux_q, per_q) = self.flux(now.q_a, constants.inductance_q_h, constants.per_inductance_q);
+        let rotation = constants.rotation * now.speed;
+        [
+            (volts_d - resistance_ohm * now.d_a + rotation * flux_q) * per_d,
+            (volts_q - resistance_ohm * now.q_a - rotation * flux_d - constants.emf_vs * now.speed) * per_q,
+        ]
+    }
+
+    /// Flux of a current in Vs, and 1 / its slope.
+    #[inline]
+    fn flux(&self, current_a: f64, inductance_h: f64, per_inductance: f64) -> (f64, f64) {
+        if self.constants.per_saturation_a == 0.0 {
+            return (inductance_h * current_a, per_inductance);
+        }
+        let beyond = 1.0 + current_a.abs() * self.constants.per_saturation_a;
+        (inductance_h * current_a / beyond, per_inductance * beyond * beyond)
+    }
+
+    #[inline]
+    fn torque(&self, d_a: f64, q_a: f64) -> f64 {
+        let constants = &self.constants;
+        let (flux_d, _) = self.flux(d_a, constants.inductance_d_h, constants.per_inductance_d);
+        let (flux_q, _) = self.flux(q_a, constants.inductance_q_h, constants.per_inductance_q);
+        constants.torque_nm_per_a * q_a + constants.own_flux * (flux_d * q_a - flux_q * d_a)
+    }
+}
+
+/// A vector in a frame that has turned on by a small angle: the series up to the fifth power, 1e-8 at a third of a
+/// radian.
+#[inline]
+fn turned_back([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
+    let square = angle * angle;
+    let sin = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
+    let cos = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
+    [x * cos + y * sin, y * cos - x * sin]
+}
+
+/// Diodes let no current through backwards: where it would have turned, it has ended.
+fn without_reversed_currents(before: Motion, after: Motion) -> Motion {
+    let goes_on = before.d_a * after.d_a + before.q_a * after.q_a > 0.0;
+    if goes_on { after } else { Motion { d_a: 0.0, q_a: 0.0, ..after } }
+}
+
+/// Kelvin of the winding at the rated current, and its time constant in seconds.
+const WINDING_RISE_K: f64 = 80.0;
+const WINDING_S: f64 = 900.0;
+
+/// Kelvin a watt of the bridge, and its time constant in seconds.
+const DRIVER_K_PER_W: f64 = 12.0;
+const DRIVER_S: f64 = 20.0;
+
+/// Temperatures.
+impl ServoMachine {
+    #[inline]
+    fn warm_up(&mut self, seconds: f64, now: Motion) {
+        let square = now.d_a * now.d_a + now.q_a * now.q_a;
+        let rated_a = self.setup.motor.rated_current_a;
+        let winding_c = self.ambient_c + WINDING_RISE_K * square / (rated_a * rated_a);
+        let driver_c = self.ambient_c + DRIVER_K_PER_W * self.constants.power * self.bridge_ohm() * square;
+        self.winding_c += (winding_c - self.winding_c) * (seconds / WINDING_S);
+        self.driver_c += (driver_c - self.driver_c) * (seconds / DRIVER_S);
+    }
+
+    /// Temperature of the winding in degrees Celsius.
+    pub fn winding_c(&self) -> f64 {
+        self.winding_c
+    }
+
+    /// Temperature of the bridge in degrees Celsius.
+    pub fn driver_c(&self) -> f64 {
+        self.driver_c
+    }
+}
+
+/// What the module measures.
+impl ServoMachine {
+    /// Currents into the phases A, B and C, in amperes.
+    #[inline]
+    pub fn phase_currents_a(&self) -> [f64; 3] {
+        let Motion { d_a, q_a, .. } = self.motion;
+        if self.setup.motor.phases == Phases::One {
+            return [q_a, -q_a, 0.0];
+        }
+        let (sin, cos) = self.angle;
+        let (alpha, beta) = (d_a * cos - q_a * sin, d_a * sin + q_a * cos);
+        [alpha, HALF_SQRT_3 * beta - 0.5 * alpha, -HALF_SQRT_3 * beta - 0.5 * alpha]
+    }
+
+    /// Hall sensors, bits 0 to 2.
+    #[inline]
+    pub fn hall_bits(&self) -> u8 {
+        self.setup.hall.bits(self.electrical_turns())
+    }
+
+    /// Counter of the encoder, wrapping.
+    #[inline]
+    pub fn encoder_count(&self) -> i32 {
+        self.count_from_zero() as i32
+    }
+
+    #[inline]
+    fn count_from_zero(&self) -> i64 {
+        floor(self.position * f64::from(self.setup.encoder.counts_per_turn))
+    }
+
+    /// Channels of the encoder.
+    pub fn encoder_channels(&self) -> crate::Channels {
+        self.setup.encoder.channels(self.count_from_zero())
+    }
+
+    /// What a null event of the encoder is from now on, `None` if nobody asks for one.
+    pub fn watch_null(&mut self, event: Option<NullEvent>) {
+        self.null = event.map(|event| NullLatch::new(event, self.count_from_zero()));
+    }
+
+    /// Counter of the encoder where the latest null event has begun, if there was one since the last call.
+    pub fn take_null(&mut self) -> Option<i32> {
+        let count = self.count_from_zero();
+        self.null.as_mut()?.take(&self.setup.encoder, count).map(|latched| latched as i32)
+    }
+
+    /// Voltage at the bridge.
+    pub fn supply_v(&self) -> f64 {
+        self.bus_v
+    }
+}
+
+/// What is.
+impl ServoMachine {
+    /// The data.
+    pub fn setup(&self) -> &ServoSetup {
+        &self.setup
+    }
+
+    /// Changes the data. What moves, moves on.
+    pub fn set_up(&mut self, setup: ServoSetup) {
+        self.constants = Constants::new(&setup);
+        self.setup = setup;
+    }
+
+    /// Load torque against the positive direction in Nm, like that of a weight.
+    pub fn set_load_nm(&mut self, load_nm: f64) {
+        self.setup.mechanics.load_nm = load_nm;
+    }
+
+    /// Voltage of the source and temperature around.
+    pub fn surround(&mut self, surroundings: Surroundings) {
+        self.setup.supply.source_v = surroundings.supply_v;
+        self.ambient_c = surroundings.temperature_c;
+    }
+
+    /// Switches the brake resistor.
+    pub fn switch_chopper(&mut self, on: bool) {
+        self.chopper = on;
+    }
+
+    /// Turns of the shaft, 0 where it was first.
+    pub fn position_turns(&self) -> f64 {
+        self.position
+    }
+
+    /// Puts the shaft somewhere else, by hand: in turns, at rest and without current.
+    pub fn place(&mut self, turns: f64) {
+        self.position = turns;
+        self.motion = Motion::default();
+        self.angle = sin_cos(self.electrical_turns());
+    }
+
+    /// Speed of the shaft in turns a minute.
+    pub fn velocity_rpm(&self) -> f64 {
+        self.motion.speed * (30.0 / std::f64::consts::PI)
+    }
+
+    /// Angle of the magnet ahead of phase A in electrical turns, from 0 to 1.
+    #[inline]
+    pub fn electrical_turns(&self) -> f64 {
+        let turns = self.position * self.constants.pole_pairs + self.setup.magnet_turns;
+        turns - floor(turns) as f64
+    }
+
+    /// Currents of flux and torque in amperes, in the frame of the rotor.
+    pub fn currents_dq_a(&self) -> [f64; 2] {
+        [self.motion.d_a, self.motion.q_a]
+    }
+
+    /// Torque of the motor in Nm, before friction.
+    pub fn torque_nm(&self) -> f64 {
+        self.torque(self.motion.d_a, self.motion.q_a)
+    }
+
+    /// Where power goes now.
+    pub fn powers(&self) -> Powers {
+        let Motion { d_a, q_a, speed, .. } = self.motion;
+        let Supply { source_v, resistance_ohm, chopper_ohm, .. } = self.setup.supply;
+        let heat_w = |ohm: f64| self.constants.power * ohm * (d_a * d_a + q_a * q_a);
+        let source_a = self.setup.supply.source_a(self.bus_v);
+        let mechanics = &self.setup.mechanics;
+        let winding_ohm = self.setup.motor.resistance_ohm * (1.0 + COPPER_PER_K * (self.winding_c - 25.0));
+        Powers {
+            source_w: source_v * source_a,
+            cable_w: resistance_ohm * source_a * source_a,
+            chopper_w: if self.chopper { self.bus_v * self.bus_v / chopper_ohm } else { 0.0 },
+            bridge_w: heat_w(self.bridge_ohm()),
+            copper_w: heat_w(winding_ohm),
+            friction_w: mechanics.viscous_nms * speed * speed + mechanics.friction_nm * speed.abs(),
+            load_w: mechanics.load_nm * speed,
+        }
+    }
+
+    /// Energy in the capacitor and in what turns, in joules; that of the inductances is left out.
+    pub fn stored_j(&self) -> f64 {
+        let speed = self.motion.speed;
+        0.5 * self.setup.supply.capacitance_f * self.bus_v * self.bus_v
+            + 0.5 * speed * speed / self.constants.per_inertia
+    }
+}
+
+/// The next whole number below.
+#[inline]
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from((whole as f64) > x)
+}
+
+#[cfg(test)]
+mod tests;
