@@ -1,5 +1,5 @@
-//! Motion mathematics in integer arithmetic: the ramps of a positioning axis, coordinated moves, and field-oriented
-//! control ([`foc`]).
+//! Motion mathematics in integer arithmetic: the ramps of a positioning axis, coordinated moves, the closed loop of a stepper
+//! motor with an encoder ([`closed_loop`]), and field-oriented control ([`foc`]).
 //!
 //! Three types follow one another: [`Limits`] is what the user sets, in microsteps and seconds; [`Gains`] is what a
 //! control tick needs, derived once when a limit or the tick rate changes; [`Ramp`] is what moves.
@@ -33,6 +33,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod closed_loop;
 pub mod foc;
 mod interpolation;
 mod limits;

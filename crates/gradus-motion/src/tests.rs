@@ -1,6 +1,7 @@
 //! Tests of ramps and lines: every tick is checked against the limits as the user set them.
 
 mod changes;
+mod closed_loop;
 mod extremes;
 mod lines;
 mod moves;
