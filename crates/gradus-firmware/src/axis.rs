@@ -15,6 +15,7 @@ use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 
 use crate::axes::Events;
+use crate::closed_loop::ClosedLoop;
 use crate::encoder::Encoder;
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::program::NEVER;
@@ -33,21 +34,23 @@ const PHASE_PERIOD: i32 = 1024;
 pub(crate) struct Axis {
     pub(crate) settings: Settings,
     pub(crate) derived: Derived,
-    tick_hz: u32,
+    pub(crate) tick_hz: u32,
     pub(crate) ramp: Ramp,
     /// The ramp follows an interpolated line.
     pub(crate) led: bool,
     pub(crate) encoder: Encoder,
+    /// Closed loop or a PID mode, if one is on (axis parameter 129).
+    pub(crate) closed: Option<ClosedLoop>,
     pub(crate) speeds: Speeds,
-    /// Microsteps that the motor has gone, wrapping.
+    /// Microsteps that the motor was to go, wrapping.
     pub(crate) travel: i32,
     pub(crate) search: Option<ReferenceSearch>,
     /// A move to a target has been started and its end has not been reported; no stop ends it.
     pub(crate) underway: bool,
     /// A stop switch or a virtual stop holds the ramp; it goes on when the way is free.
     pub(crate) held: bool,
-    powered: bool,
-    phase: i32,
+    pub(crate) powered: bool,
+    pub(crate) phase: i32,
     /// When the standby current is due: never while the motor turns, `None` once it flows.
     standby_at_us: Option<u64>,
     pub(crate) errors: i32,
@@ -64,6 +67,7 @@ impl Axis {
             tick_hz,
             led: false,
             encoder: Encoder::default(),
+            closed: None,
             speeds: Speeds::default(),
             travel: 0,
             search: None,
@@ -110,6 +114,8 @@ impl Axis {
                 self.watch_null(port);
                 self.settings.get(id)
             }
+            Ap::ClScaler => self.loop_scale().map_or(0, i32::from),
+            Ap::ClInitialized => i32::from(self.is_loop_ready()),
             Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
             Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => core::mem::take(&mut self.errors),
@@ -127,7 +133,7 @@ impl Axis {
     ///
     /// # Errors
     /// [`Status::WRONG_TYPE`] if it is read only, [`Status::INVALID_VALUE`] if the value is not accepted,
-    /// [`Status::NOT_AVAILABLE`] for a motion while the drivers are off.
+    /// [`Status::NOT_AVAILABLE`] for a motion while the drivers are off, and for what a closed loop does not allow.
     pub(crate) fn set<A: StepperStage + AxisInputs>(
         &mut self,
         row: &AxisParameter,
@@ -145,7 +151,14 @@ impl Axis {
             Ap::TargetSpeed => return self.rotate(value),
             Ap::ActualPosition => {
                 self.stop_search();
-                self.ramp.set_position(value);
+                self.set_position(value, port);
+            }
+            Ap::ClosedLoop => return self.set_closed_loop(value, port),
+            Ap::TorqueMode => return self.set_torque(value),
+            Ap::MicrostepResolution | Ap::FullStepResolution | Ap::EncoderResolution | Ap::ReverseShaft
+                if self.closed.is_some() =>
+            {
+                return Err(Status::NOT_AVAILABLE);
             }
             Ap::EncoderPosition => self.set_encoder_position(value, port),
             _ => self.configure(row.id, value, port),
@@ -190,6 +203,7 @@ impl Axis {
 
     fn derive(&mut self) {
         self.derived = self.settings.derive();
+        self.derive_loop();
     }
 
     /// Group index, 0 for none (axis parameter 249).
@@ -203,7 +217,7 @@ impl Axis {
     /// MVP ABS: moves to a position with the ramp of the settings.
     ///
     /// # Errors
-    /// [`Status::NOT_AVAILABLE`] while the drivers are off.
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off or a closed loop starts up.
     pub(crate) fn move_to(&mut self, target: i32) -> Result<(), Status> {
         self.begin()?;
         self.underway = true;
@@ -214,9 +228,9 @@ impl Axis {
     /// ROR: turns with a speed; 0 stops with the ramp.
     ///
     /// # Errors
-    /// [`Status::NOT_AVAILABLE`] while the drivers are off and the speed is not 0.
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off or a closed loop starts up, and the speed is not 0.
     pub(crate) fn rotate(&mut self, speed_pps: i32) -> Result<(), Status> {
-        if speed_pps != 0 || self.powered {
+        if speed_pps != 0 || self.may_move() {
             self.begin()?;
         }
         self.settings.set(Ap::TargetSpeed, speed_pps);
@@ -256,13 +270,17 @@ impl Axis {
         self.held = false;
         self.led = false;
         self.abandon_search();
+        self.end_torque();
         self.ramp.hard_stop();
     }
 
     /// Switches the driver on or off; off stops the motor at once.
     pub(crate) fn set_power<A: StepperStage>(&mut self, on: bool, port: &mut A) {
         self.powered = on;
-        if !on {
+        if on {
+            self.end_torque();
+        } else {
+            self.abandon_start_up();
             self.halt();
         }
         self.standby_at_us = None;
@@ -272,15 +290,16 @@ impl Axis {
     /// Ends what another motion command has started.
     ///
     /// # Errors
-    /// [`Status::NOT_AVAILABLE`] while the drivers are off.
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off or a closed loop starts up.
     pub(crate) fn begin(&mut self) -> Result<(), Status> {
-        if !self.powered {
+        if !self.may_move() {
             return Err(Status::NOT_AVAILABLE);
         }
         self.errors = 0;
         self.held = false;
         self.led = false;
         self.search = None;
+        self.end_torque();
         Ok(())
     }
 }
@@ -290,7 +309,12 @@ impl Axis {
     /// True when the axis needs control ticks.
     #[inline]
     pub(crate) fn is_active(&self) -> bool {
-        !self.ramp.is_idle() || self.underway || self.held || self.search.is_some()
+        !self.ramp.is_idle()
+            || self.underway
+            || self.held
+            || self.search.is_some()
+            || self.closed.is_some()
+            || self.standby_at_us == Some(NEVER)
     }
 
     /// True when the motor stands and nothing is left to do.
@@ -301,7 +325,7 @@ impl Axis {
     /// Position reached (axis parameter 8). A motor that a stop brakes past its target has not reached it.
     #[inline]
     pub(crate) fn is_reached(&self) -> bool {
-        self.ramp.at_target() && (!self.held || self.ramp.is_idle())
+        self.ramp.at_target() && (!self.held || self.ramp.is_idle()) && self.is_in_window()
     }
 
     /// When the axis has something to do besides control ticks.
@@ -328,7 +352,10 @@ impl Axis {
         } else {
             self.ramp.tick();
         }
-        self.drive(self.ramp.position().wrapping_sub(before), now, port);
+        let moved = self.ramp.position().wrapping_sub(before);
+        self.travel = self.travel.wrapping_add(moved);
+        let step = if self.closed.is_some() { self.tick_loop(moved, port) } else { moved };
+        self.drive(step, now, port);
         self.watch_null(port);
         self.measure_speeds(now, port);
         let mut events = self.watch_load(now, port);
@@ -354,10 +381,9 @@ impl Axis {
 
     /// Turns the coil vector by `microsteps`.
     fn drive<A: StepperStage>(&mut self, microsteps: i32, now: u64, port: &mut A) {
-        self.travel = self.travel.wrapping_add(microsteps);
         let steps = microsteps.wrapping_shl(self.derived.phase_shift);
         self.phase = self.phase.wrapping_add(if self.derived.reversed { steps.wrapping_neg() } else { steps });
-        if !self.ramp.is_idle() {
+        if !self.ramp.is_idle() || self.needs_run_current() {
             self.standby_at_us = Some(NEVER);
         } else if self.standby_at_us == Some(NEVER) {
             self.standby_at_us = Some(now.saturating_add(self.derived.power_down_us));
@@ -374,6 +400,8 @@ impl Axis {
         let derived = &self.derived;
         if !self.powered {
             0
+        } else if let Some(scale) = self.loop_scale() {
+            ((u32::from(derived.run_current) * u32::from(scale) + 127) / 255) as u8
         } else if self.standby_at_us.is_none() {
             derived.standby_current
         } else if derived.boost_current != 0 && self.ramp.acceleration_pps2() != 0 {

@@ -102,12 +102,6 @@ impl Axis {
         self.encoder.position(port.encoder())
     }
 
-    /// SAP 209.
-    pub(crate) fn set_encoder_position<A: AxisInputs>(&mut self, position: i32, port: &mut A) {
-        self.watch_null(port);
-        self.encoder.set_position(position, port.encoder());
-    }
-
     /// Looks for a null event, if one is waited for.
     #[inline]
     pub(crate) fn watch_null<A: AxisInputs>(&mut self, port: &mut A) {
@@ -126,7 +120,7 @@ impl Axis {
         let since = if self.ramp.is_idle() { 0 } else { now.wrapping_sub(then) };
         self.settings.set(Ap::LatchedPosition, self.ramp.position().wrapping_sub(since));
         self.settings.set(Ap::LatchedEncoderPosition, then);
-        if action.clears {
+        if action.clears && self.closed.is_none() {
             self.encoder.set_position(0, raw);
         }
         if action.once {
@@ -148,6 +142,9 @@ impl Axis {
     pub(crate) fn measure_speeds<A: AxisInputs>(&mut self, now: u64, port: &mut A) {
         if self.speeds.are_due(now) {
             self.speeds.sample(now, port.encoder(), self.travel, self.derived.speed_filter);
+            if self.closed.is_some() {
+                self.see_mean_speed(now, port);
+            }
         }
     }
 

@@ -17,6 +17,7 @@ extern crate std;
 mod axes;
 mod axis;
 mod capture;
+mod closed_loop;
 mod coordinates;
 mod cpu;
 mod eeprom;

@@ -55,6 +55,7 @@ impl Axis {
     /// Which way the motor turns, or would turn if nothing held it.
     fn heading(&self) -> i32 {
         match self.ramp.speed_pps().signum() {
+            _ if self.torque_sign() != 0 => self.torque_sign(),
             0 if self.underway => self.ramp.target().wrapping_sub(self.ramp.position()).signum(),
             0 => self.settings.get(Ap::TargetSpeed).signum(),
             sign => sign,
@@ -63,6 +64,7 @@ impl Axis {
 
     fn hold(&mut self, stop: Stop) {
         self.led = false;
+        self.end_torque();
         match stop {
             Stop::Hard => self.ramp.hard_stop(),
             Stop::Ramp => self.ramp.rotate(0),
@@ -170,8 +172,10 @@ impl Axis {
         }
         // Not 0 if the axis could not go there, for want of a top speed.
         let position = self.ramp.position().wrapping_sub(reference.zero);
-        self.ramp.set_position(position);
-        self.encoder.set_position(position, port.encoder());
+        self.set_position(position, port);
+        if self.closed.is_none() {
+            self.encoder.set_position(position, port.encoder());
+        }
     }
 
     /// Ends a search that has not found its switch.

@@ -1,6 +1,7 @@
 //! A whole TMCM-3351 on fake hardware, driven as a host drives it.
 
 mod capture;
+mod closed_loop;
 mod coils;
 mod control;
 mod coordinates;
@@ -13,6 +14,7 @@ mod motion;
 mod parameters;
 mod programs;
 mod properties;
+mod rotor;
 mod stap;
 mod stops;
 mod support;

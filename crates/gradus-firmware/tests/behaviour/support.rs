@@ -10,6 +10,8 @@ use gradus_firmware::{
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
+use crate::rotor::Rotor;
+
 /// A power stage that remembers what it was told, with switches and an encoder that the test sets.
 #[derive(Clone, Debug, Default)]
 pub struct Stage {
@@ -22,6 +24,8 @@ pub struct Stage {
     pub encoder: i32,
     /// The encoder counts with the phase, 4096 counts in 51200 microsteps.
     pub coupled: bool,
+    /// Follows the coil vector as physics has it, and turns the encoder; a vector lasts a control tick.
+    pub rotor: Option<Rotor>,
     /// The null event that the module waits for.
     pub null_event: Option<NullEvent>,
     /// Counter at a null event that the module has not taken.
@@ -34,6 +38,10 @@ impl StepperStage for Stage {
         (self.phase, self.current) = (phase, current);
         if self.coupled {
             self.encoder = (i64::from(phase) * 4_096 / 51_200) as i32;
+        }
+        if let Some(rotor) = &mut self.rotor {
+            rotor.turn(phase, current);
+            self.encoder = rotor.count();
         }
         if self.recording {
             self.vectors.push((phase, current));
