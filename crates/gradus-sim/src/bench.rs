@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use gradus_firmware::{Link, LinkKind, Module};
+use gradus_plant::Readings;
 use gradus_plant::STEP_US;
 use gradus_tmcl::catalogue::{self, Ap, TMCM_3351};
 
@@ -235,6 +236,12 @@ impl Bench {
             Board::On { firmware, .. } => firmware.ports(),
             Board::Off(parts) => &mut parts.0,
         }
+    }
+
+    /// What instruments on the machine of an axis show at this moment; `None` if there is no such axis.
+    pub fn readings(&self, axis: usize) -> Option<Readings> {
+        let machine = self.machine_ref();
+        Some(machine.axes.get(axis)?.plant.readings(self.now_us, &machine.io.surroundings))
     }
 
     fn machine_ref(&self) -> &Machine {

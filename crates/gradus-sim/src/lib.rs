@@ -24,6 +24,7 @@ pub use bench::{Bench, Firmware, VIRTUAL_MODULES};
 pub use bench_file::{BenchFile, BenchFileError};
 pub use eeprom::{Eeprom, EepromError};
 pub use gradus_firmware::{Link, LinkKind};
+pub use gradus_plant::{Readings, StepperAxis};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use problem::Problem;

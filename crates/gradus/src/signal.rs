@@ -5,7 +5,7 @@
 
 use anyhow::{Context, bail};
 use gradus_host::{Error, Named, Session, find_axis};
-use gradus_sim::Bench;
+use gradus_sim::{Readings, StepperAxis};
 use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::recording::Zone;
@@ -25,21 +25,22 @@ enum Source {
     Parameter(Ap),
     /// One axis parameter minus another of the same unit.
     Difference(Ap, Ap),
-    /// The simulated machine.
-    Machine(Reading),
+    /// The simulated machine's shaft.
+    Shaft,
+    /// What an instrument on the simulated machine shows.
+    Machine(Instrument),
 }
 
-/// What a simulated machine knows of an axis.
+/// An instrument on the simulated machine.
 #[derive(Clone, Copy)]
-struct Reading {
+struct Instrument {
     unit: &'static str,
     /// Digits after the point that mean something.
     decimals: usize,
-    read: fn(&mut Bench, usize) -> f64,
-    zones: fn(&mut Bench, usize) -> Vec<Zone>,
+    read: fn(&Readings) -> f64,
 }
 
-use Source::{Difference, Parameter};
+use Source::{Difference, Parameter, Shaft};
 
 const SIGNALS: &[Signal] = &[
     row("position", &[Parameter(Ap::ActualPosition)], "where the module takes the axis to be"),
@@ -60,26 +61,37 @@ const SIGNALS: &[Signal] = &[
     row("iq", &[Parameter(Ap::ActualCurrent)], "current that makes torque"),
     row("id", &[Parameter(Ap::ActualFlux)], "current along the flux"),
     row("errors", &[Parameter(Ap::DriverErrorFlags)], "error flags of the driver"),
-    row("shaft", &[SHAFT], "where the shaft is, with the switches along its travel"),
+    row("shaft", &[Shaft], "where the shaft is, with the switches along its travel"),
+    row("shaft_speed", &[machine("turns/s", 4, |it| it.speed_rps)], "how fast it turns"),
+    row("torque", &[machine("Nm", 4, |it| it.torque_nm)], "torque of the motor"),
+    row("load_torque", &[machine("Nm", 4, |it| it.load_nm)], "load on the shaft"),
+    row("load_angle", &[machine("deg", 1, |it| it.load_angle_deg)], "electrical angle from the rotor to the field"),
+    row("coil_current", &[machine("A", 3, |it| it.current_a)], "current in the motor, RMS"),
+    row("winding_temperature", &[machine("degC", 1, |it| it.winding_c)], "temperature of the winding"),
+    row(
+        "driver_temperature",
+        &[Parameter(Ap::DriverTemperature), machine("degC", 1, |it| it.driver_c)],
+        "temperature of the driver chip",
+    ),
 ];
 
 const fn row(name: &'static str, sources: &'static [Source], description: &'static str) -> Signal {
     Signal { name, sources, description }
 }
 
-const SHAFT: Source =
-    Source::Machine(Reading { unit: "turns", decimals: 4, read: shaft_turns, zones: switches_in_turns });
-
-fn shaft_turns(bench: &mut Bench, axis: usize) -> f64 {
-    let plant = &bench.machine().axes[axis].plant;
-    plant.position() as f64 / f64::from(plant.microsteps_per_turn())
+const fn machine(unit: &'static str, decimals: usize, read: fn(&Readings) -> f64) -> Source {
+    Source::Machine(Instrument { unit, decimals, read })
 }
 
-/// Where the switches are closed.
-fn switches_in_turns(bench: &mut Bench, axis: usize) -> Vec<Zone> {
-    let plant = &bench.machine().axes[axis].plant;
-    let turns = |position: i64| position as f64 / f64::from(plant.microsteps_per_turn());
-    let travel = plant.travel;
+/// Turns of the shaft.
+fn turns(axis: &StepperAxis, microsteps: f64) -> f64 {
+    microsteps / f64::from(axis.microsteps_per_turn())
+}
+
+/// Where the switches are closed, in turns of the shaft.
+fn switches(axis: &StepperAxis) -> Vec<Zone> {
+    let turns = |position: i64| turns(axis, position as f64);
+    let travel = axis.travel;
     let left = travel.left.map(|end| ("left", (f64::NEG_INFINITY, turns(end))));
     let right = travel.right.map(|end| ("right", (turns(end), f64::INFINITY)));
     let home = travel.home.map(|home| {
@@ -100,11 +112,11 @@ pub fn list() -> String {
 
 impl Signal {
     fn is_simulated(&self) -> bool {
-        self.sources.iter().all(|source| matches!(source, Source::Machine(_)))
+        self.sources.iter().all(|source| matches!(source, Shaft | Source::Machine(_)))
     }
 
-    fn is_on(&self, module: &'static Module) -> bool {
-        self.sources.iter().any(|source| source.on(module).is_some())
+    fn origin(&self, module: &'static Module) -> Option<Origin> {
+        self.sources.iter().find_map(|source| source.on(module))
     }
 }
 
@@ -117,7 +129,8 @@ impl Source {
                 let (of, minus) = parameter(of).zip(parameter(minus))?;
                 (of.unit() == minus.unit()).then_some(Origin::Difference(of, minus))
             }
-            Self::Machine(reading) => Some(Origin::Machine(reading)),
+            Self::Shaft => Some(Origin::Shaft),
+            Self::Machine(instrument) => Some(Origin::Machine(instrument)),
         }
     }
 }
@@ -132,7 +145,8 @@ pub struct Channel {
 enum Origin {
     Parameter(Named),
     Difference(Named, Named),
-    Machine(Reading),
+    Shaft,
+    Machine(Instrument),
 }
 
 impl Channel {
@@ -147,13 +161,13 @@ impl Channel {
                 find_axis(module, name).with_context(|| format!("no signal `{name}`; {}", there_is(module)))?;
             return Ok(Self { name: parameter.name(), origin: Origin::Parameter(parameter) });
         };
-        if signal.is_simulated() && session.bench().is_none() {
+        let Some(origin) = signal.origin(module) else {
+            bail!("the {} has no signal `{name}`; {}", module.name, there_is(module));
+        };
+        if matches!(origin, Origin::Shaft | Origin::Machine(_)) && session.bench().is_none() {
             let port = session.port();
             bail!("only a simulated machine knows `{name}`, not {port}; run on sim:MODULE or with --bench");
         }
-        let Some(origin) = signal.sources.iter().find_map(|source| source.on(module)) else {
-            bail!("the {} has no signal `{name}`; {}", module.name, there_is(module));
-        };
         Ok(Self { name: signal.name.into(), origin })
     }
 
@@ -161,13 +175,18 @@ impl Channel {
     pub fn unit(&self) -> &'static str {
         match &self.origin {
             Origin::Parameter(named) | Origin::Difference(named, _) => named.unit().text(),
-            Origin::Machine(reading) => reading.unit,
+            Origin::Shaft => "turns",
+            Origin::Machine(instrument) => instrument.unit,
         }
     }
 
     /// Digits after the point that mean something.
     pub fn decimals(&self) -> usize {
-        if let Origin::Machine(reading) = &self.origin { reading.decimals } else { 0 }
+        match &self.origin {
+            Origin::Parameter(_) | Origin::Difference(..) => 0,
+            Origin::Shaft => 4,
+            Origin::Machine(instrument) => instrument.decimals,
+        }
     }
 
     /// Its value on an axis at this moment.
@@ -179,19 +198,25 @@ impl Channel {
         Ok(match &self.origin {
             Origin::Parameter(named) => value(named)? as f64,
             Origin::Difference(of, minus) => (value(of)? - value(minus)?) as f64,
-            Origin::Machine(reading) => {
-                session.bench().map_or(f64::NAN, |bench| (reading.read)(bench, usize::from(axis)))
-            }
+            Origin::Shaft => readings(session, axis).map_or(f64::NAN, |(it, axis)| turns(axis, it.position)),
+            Origin::Machine(instrument) => readings(session, axis).map_or(f64::NAN, |(it, _)| (instrument.read)(&it)),
         })
+    }
+
+    /// Where something holds along its values.
+    pub fn zones(&self, session: &mut Session, axis: u8) -> Vec<Zone> {
+        match &self.origin {
+            Origin::Shaft => readings(session, axis).map_or_else(Vec::new, |(_, axis)| switches(axis)),
+            _ => Vec::new(),
+        }
     }
 }
 
-impl Channel {
-    /// Where something holds along its values.
-    pub fn zones(&self, session: &mut Session, axis: u8) -> Vec<Zone> {
-        let Origin::Machine(reading) = &self.origin else { return Vec::new() };
-        session.bench().map_or_else(Vec::new, |bench| (reading.zones)(bench, usize::from(axis)))
-    }
+/// What the instruments on the simulated machine of an axis show, and that machine.
+fn readings(session: &mut Session, axis: u8) -> Option<(Readings, &StepperAxis)> {
+    let bench = session.bench()?;
+    let readings = bench.readings(axis.into())?;
+    Some((readings, &bench.machine().axes.get(usize::from(axis))?.plant))
 }
 
 /// Name and unit.
@@ -206,31 +231,35 @@ impl std::fmt::Display for Channel {
 
 /// What a module has, in words.
 fn there_is(module: &'static Module) -> String {
-    let names: Vec<&str> = SIGNALS.iter().filter(|signal| signal.is_on(module)).map(|signal| signal.name).collect();
+    let names: Vec<&str> =
+        SIGNALS.iter().filter(|signal| signal.origin(module).is_some()).map(|signal| signal.name).collect();
     format!("there is {}, and every axis parameter by its name (`gradus params`)", names.join(", "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gradus_sim::Bench;
     use gradus_tmcl::catalogue::{MODULES, TMCM_351, TMCM_1617, TMCM_3351};
 
     fn session() -> Session {
-        Session::on_bench(Bench::with_defaults(&TMCM_3351)).unwrap()
+        Session::on_bench(Bench::rigid(&TMCM_3351)).unwrap()
     }
 
     fn on(module: &'static Module, name: &str) -> Option<String> {
         let signal = SIGNALS.iter().find(|signal| signal.name == name).unwrap();
-        let origin = signal.sources.iter().find_map(|source| source.on(module))?;
+        let origin = signal.origin(module)?;
         Some(Channel { name: name.into(), origin }.to_string())
     }
 
     #[test]
     fn every_signal_is_on_some_module_and_hides_no_parameter_of_another_meaning() {
         for signal in SIGNALS {
-            assert!(MODULES.iter().any(|module| signal.is_on(module)), "{}", signal.name);
-            for module in MODULES {
-                assert!(module.axis_parameters.iter().all(|row| gradus_host::normalise(row.name) != signal.name));
+            assert!(MODULES.iter().any(|module| signal.origin(module).is_some()), "{}", signal.name);
+            let rows = MODULES.iter().flat_map(|module| module.axis_parameters);
+            for row in rows.filter(|row| gradus_host::normalise(row.name) == signal.name) {
+                let is_it = |source: &Source| matches!(source, Parameter(id) if *id == row.id);
+                assert!(signal.sources.first().is_some_and(is_it), "{}", signal.name);
             }
         }
     }
@@ -263,6 +292,26 @@ mod tests {
             let channel = Channel::find(name, &mut session).unwrap();
             assert_eq!(channel.read(&mut session, 1).unwrap(), expected, "{name}");
         }
+    }
+
+    #[test]
+    fn instruments_show_what_the_motor_does() {
+        let mut session = Session::on_bench(Bench::with_defaults(&TMCM_3351)).unwrap();
+        session.set_axis(Ap::TargetSpeed, 2, 51_200).unwrap();
+        session.sleep(std::time::Duration::from_secs(3));
+        let mut read = |name, axis| Channel::find(name, &mut session).unwrap().read(&mut session, axis).unwrap();
+        assert!((read("shaft_speed", 2) - 1.0).abs() < 0.5, "{}", read("shaft_speed", 2));
+        assert!((read("torque", 2) - read("load_torque", 2)).abs() < 0.1, "{}", read("torque", 2));
+        assert!(read("coil_current", 2) > 0.5, "{}", read("coil_current", 2));
+        dbg!(
+            read("shaft_speed", 0),
+            read("winding_temperature", 0),
+            read("torque", 2),
+            read("load_torque", 2),
+            read("coil_current", 2)
+        );
+        assert_eq!((read("shaft_speed", 0), read("torque", 0)), (0.0, 0.0));
+        assert!((25.0..30.0).contains(&read("winding_temperature", 2)), "{}", read("winding_temperature", 2));
     }
 
     #[test]
