@@ -226,7 +226,7 @@ impl State {
         let moved = i64::from(sight.moved) << BITS;
         let lowest = moved / 2 - (gains.largest_angle(-self.gamma) << BITS);
         let highest = moved / 2 + (gains.largest_angle(self.gamma) << BITS);
-        let wanted = (gains.wanted_angle(sight.error.into()) << BITS).clamp(lowest, highest);
+        let wanted = (gains.wanted_angle(sight.error.into()) << BITS).max(lowest).min(highest);
         let lag = match demand {
             Demand::Position => self.nearest_lag(error - wanted, gains, sight.error),
             Demand::Torque => {
@@ -238,7 +238,7 @@ impl State {
                 error - wanted
             }
         };
-        let angle = (error - lag).clamp(lowest, highest);
+        let angle = (error - lag).max(lowest).min(highest);
         self.lag = error - angle;
         rounded(angle) as i32
     }
@@ -274,7 +274,7 @@ impl State {
         let error = if i64::from(error).abs() <= gains.tolerance { 0 } else { i64::from(error) };
         self.differentiate(gains, error);
         let speed = self.regulate(gains, error) + product(gains.d, self.change);
-        self.rest += speed.clamp(-gains.speed_clip, gains.speed_clip);
+        self.rest += limited(speed, gains.speed_clip);
         let whole = self.rest / (1 << BITS);
         self.rest -= whole << BITS;
         whole as i32
@@ -291,9 +291,9 @@ impl State {
 
     /// Speed of catching up, microsteps a tick, 16 fraction bits.
     fn regulate(&mut self, gains: &Gains, error: i64) -> i64 {
-        self.sum = (self.sum + error * gains.sums).clamp(-gains.sum_clip, gains.sum_clip);
+        self.sum = limited(self.sum + error * gains.sums, gains.sum_clip);
         let speed = product(gains.p, error) + (product(gains.i, self.sum) >> SUM_BITS);
-        speed.clamp(-gains.speed_clip, gains.speed_clip)
+        limited(speed, gains.speed_clip)
     }
 }
 
@@ -301,6 +301,11 @@ impl State {
 fn product(gain: i64, error: i64) -> i64 {
     const MOST: i128 = 1 << 60;
     ((i128::from(gain) * i128::from(error)) >> (GAIN_BITS - BITS)).clamp(-MOST, MOST) as i64
+}
+
+/// `clamp` without its panic.
+fn limited(value: i64, limit: i64) -> i64 {
+    value.max(-limit).min(limit)
 }
 
 fn rounded(value: i64) -> i64 {
