@@ -1,7 +1,7 @@
-//! A module on hardware that does nothing, linked without std, without an allocator and without a way to panic.
+//! A module of each kind on hardware that does nothing, linked without std, without an allocator and without a way to panic.
 //!
-//! `cargo build --release` is the proof; running it answers two datagrams, exit status 0 if the answers are right. On a
-//! microcontroller the four traits below would touch pins.
+//! `cargo build --release` is the proof; running it answers some datagrams, exit status 0 if the answers are right. On a
+//! microcontroller the traits below would touch pins.
 
 #![no_std]
 #![no_main]
@@ -11,10 +11,11 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
+    AxisInputs, Bridge, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo, StepperStage,
+    Steppers, Store, Supply, Switches,
 };
 use gradus_tmcl::can::Frame;
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_tmcl::catalogue::{self, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Request, Status};
 
 struct Board {
@@ -77,6 +78,84 @@ impl AxisInputs for Axis {
     }
 }
 
+/// The board of a servo.
+struct Drive {
+    bridge: HalfBridges,
+    io: Pins,
+}
+
+struct HalfBridges;
+
+impl Ports for Drive {
+    type Axes = Servo;
+    type Axis = HalfBridges;
+    type Io = Pins;
+
+    fn axis(&mut self, _axis: usize) -> &mut HalfBridges {
+        &mut self.bridge
+    }
+
+    fn io(&mut self) -> &mut Pins {
+        &mut self.io
+    }
+}
+
+impl Bridge for HalfBridges {
+    fn shunts(&mut self) -> [u16; 2] {
+        black_box([0x7fff; 2])
+    }
+
+    fn set_duties(&mut self, duties: Option<[u16; 3]>) {
+        black_box(duties);
+    }
+
+    fn rest(&mut self) {}
+
+    fn set_frequency(&mut self, hz: u32) {
+        black_box(hz);
+    }
+
+    fn is_faulty(&mut self) -> bool {
+        black_box(false)
+    }
+}
+
+impl RotorInputs for HalfBridges {
+    fn hall(&mut self) -> u8 {
+        black_box(1)
+    }
+
+    fn encoder(&mut self) -> i32 {
+        black_box(0)
+    }
+
+    fn encoder_levels(&mut self) -> u8 {
+        black_box(0)
+    }
+
+    fn watch_null(&mut self, event: Option<NullEvent>) {
+        black_box(event);
+    }
+
+    fn take_null(&mut self) -> Option<i32> {
+        black_box(None)
+    }
+}
+
+impl Supply for HalfBridges {
+    fn voltage_dv(&mut self) -> i32 {
+        black_box(240)
+    }
+
+    fn temperature_c(&mut self) -> i32 {
+        black_box(25)
+    }
+
+    fn set_brake_chopper(&mut self, on: bool) {
+        black_box(on);
+    }
+}
+
 impl Io for Pins {
     fn inputs(&mut self) -> u8 {
         black_box(0)
@@ -108,24 +187,26 @@ impl Store for Erased {
 }
 
 /// Turns motor 0 for a second and asks where it is, once over a serial line and once over CAN.
-fn answers() -> Option<[u8; 2]> {
-    let mut module = Module::new(&TMCM_3351, Board { axes: [Axis; 3], io: Pins }, Erased);
+fn answers<P: Ports>(catalogue: &'static catalogue::Module, ports: P) -> Option<[u8; 2]> {
+    let mut module = Module::new(catalogue, ports, Erased);
     let mut line = Link::new(0, black_box(LinkKind::Usb), 5_000);
     let mut bus = Link::new(1, LinkKind::Can, 0);
-    for (opcode, kind, value) in [(Opcode::ROR, 0, 51_200), (Opcode::GAP, 1, 0)] {
+    for (opcode, kind, value) in [(Opcode::SAP, 15, 2), (Opcode::ROR, 0, 51_200), (Opcode::GAP, 1, 0)] {
         let instruction = black_box(Instruction::new(opcode, kind, 0, value));
         module.receive(&mut line, &Request { address: 1, instruction }.emit());
         module.receive_frame(&mut bus, &Frame::request(1, &instruction));
         module.poll(1_000_000);
     }
-    let (_, reply) = (module.transmit(&mut line)?, module.transmit(&mut line)?);
-    let (_, frame) = (module.transmit_frame(&mut bus)?, module.transmit_frame(&mut bus)?);
-    Some([reply[2], *frame.data().get(1)?])
+    let replies = [module.transmit(&mut line)?, module.transmit(&mut line)?, module.transmit(&mut line)?];
+    let frames = [module.transmit_frame(&mut bus)?, module.transmit_frame(&mut bus)?, module.transmit_frame(&mut bus)?];
+    Some([replies[2][2], *frames[2].data().get(1)?])
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn main() -> c_int {
-    c_int::from(answers() != Some([Status::OK.0; 2]))
+    let stepper = answers(&TMCM_3351, Board { axes: [Axis; 3], io: Pins });
+    let servo = answers(&TMCM_1617, Drive { bridge: HalfBridges, io: Pins });
+    c_int::from([stepper, servo] != [Some([Status::OK.0; 2]); 2])
 }
 
 /// The hosted target's `compiler_builtins` is built for unwinding and names this; with `panic = "abort"` nobody calls it.

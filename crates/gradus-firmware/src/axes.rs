@@ -7,6 +7,7 @@ use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::ports::Switches;
+use crate::ticks::Period;
 
 /// A set of motors, bit 0 is motor 0.
 pub type Motors = u8;
@@ -90,6 +91,12 @@ pub trait Axes<P> {
 
     /// True when the axis needs control ticks.
     fn is_active(&self, index: usize) -> bool;
+
+    /// Time between two control ticks.
+    fn period(&self) -> Period;
+
+    /// Looks at what may have changed from outside while the axis rested.
+    fn look(&mut self, _index: usize, _ports: &mut P) {}
 
     /// What the axes do together before they tick.
     fn begin_tick(&mut self) {}

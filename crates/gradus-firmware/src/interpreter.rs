@@ -149,6 +149,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         let condition = WaitFor(instruction.kind);
         let axis = match condition {
             WaitFor::TICKS => 0,
+            WaitFor::RFS if self.catalogue.mode(Opcode::RFS) == Mode::None => return Err(Status::WRONG_TYPE),
             WaitFor::POS | WaitFor::REFSW | WaitFor::LIMSW | WaitFor::RFS => self.axis_index(instruction.motor)?,
             _ => return Err(Status::WRONG_TYPE),
         };

@@ -34,15 +34,23 @@ mod module;
 mod motion;
 mod ports;
 mod program;
+mod protection;
 mod reference_search;
+mod servo;
+mod servo_parameters;
+mod servo_settings;
 mod settings;
 mod speed;
 mod stap;
 mod steppers;
 mod supervision;
+mod ticks;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
 pub use module::Module;
-pub use ports::{AxisInputs, DriverState, Io, NullEvent, Ports, StepperStage, Store, Switches};
+pub use ports::{
+    AxisInputs, Bridge, DriverState, Io, NullEvent, Ports, RotorInputs, StepperStage, Store, Supply, Switches,
+};
+pub use servo::Servo;
 pub use steppers::Steppers;

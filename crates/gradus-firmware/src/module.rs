@@ -15,6 +15,7 @@ use crate::io::Outputs;
 use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
 use crate::ports::{Io, Ports, Store, Switches};
 use crate::program::{NEVER, Program, State};
+use crate::ticks::Ticks;
 
 /// Axes of the largest module.
 pub(crate) const MAX_AXES: usize = 3;
@@ -37,8 +38,7 @@ pub struct Module<P: Ports, S> {
     pub(crate) ports: P,
     pub(crate) eeprom: Eeprom<S>,
     pub(crate) now: u64,
-    /// When the next control tick is due; never while all axes rest.
-    pub(crate) tick_at_us: u64,
+    pub(crate) ticks: Ticks,
     pub(crate) axes: P::Axes,
     pub(crate) globals: Globals,
     pub(crate) variables: Variables,
@@ -64,7 +64,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             ports,
             eeprom: Eeprom::new(catalogue, store),
             now: 0,
-            tick_at_us: NEVER,
+            ticks: Ticks::NONE,
             axes: P::Axes::new(catalogue),
             globals: Globals::factory(catalogue),
             variables: [0; 256],
@@ -108,7 +108,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// Everything in RAM as after switching on; time goes on.
     fn restart(&mut self) {
         let catalogue = self.catalogue;
-        self.tick_at_us = NEVER;
+        self.ticks = Ticks::NONE;
         self.axes.restart();
         self.globals = Globals::factory(catalogue);
         self.variables = [0; 256];
@@ -196,7 +196,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     fn due_at(&self) -> u64 {
-        self.tick_at_us.min(self.program.at_us).min(self.timers_at())
+        self.ticks.at_us.min(self.program.at_us).min(self.timers_at())
     }
 
     /// When something besides control ticks and the program is due.
@@ -211,7 +211,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// What is due at the present time, in a fixed order; then the program up to whatever else is due next.
     fn step(&mut self, now: u64) {
-        if self.tick_at_us <= self.now {
+        if self.ticks.at_us <= self.now {
             self.control_tick();
             self.check_wait();
             self.enter_handler();
@@ -220,7 +220,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         if timers_at <= self.now {
             self.run_timers();
         } else if self.program.at_us != NEVER {
-            self.run_program(self.tick_at_us.min(timers_at).min(now.saturating_add(1)));
+            self.run_program(self.ticks.at_us.min(timers_at).min(now.saturating_add(1)));
             self.enter_handler();
         }
     }
@@ -240,9 +240,8 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// Schedules control ticks when an axis needs them: at multiples of the tick's length.
     pub(crate) fn wake_axes(&mut self) {
-        if self.tick_at_us == NEVER && (0..self.axis_count()).any(|index| self.axes.is_active(index)) {
-            let tick_us = u64::from(self.catalogue.tick_us.max(1));
-            self.tick_at_us = (self.now / tick_us).saturating_add(1).saturating_mul(tick_us);
+        if self.ticks.at_us == NEVER && (0..self.axis_count()).any(|index| self.axes.is_active(index)) {
+            self.ticks = Ticks::start(self.now, self.axes.period());
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::cpu::Flags;
 use crate::interrupts;
 use crate::module::{MAX_AXES, Module};
 use crate::ports::{Io, Ports, Store, Switches};
-use crate::program::NEVER;
+use crate::ticks::Ticks;
 
 impl<P: Ports, S: Store> Module<P, S> {
     /// GAP.
@@ -143,7 +143,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         if self.events.is_waiting() {
             self.report_arrivals();
         }
-        self.tick_at_us = if any { self.tick_at_us + u64::from(self.catalogue.tick_us) } else { NEVER };
+        if any {
+            self.ticks.advance(self.axes.period());
+        } else {
+            self.ticks = Ticks::NONE;
+        }
     }
 
     #[inline]
@@ -199,7 +203,9 @@ impl<P: Ports, S: Store> Module<P, S> {
             if switches != self.inputs.switches[index] {
                 self.see_switches(index, switches);
             }
+            self.axes.look(index, &mut self.ports);
         }
+        self.wake_axes();
     }
 
     fn see_enable(&mut self, enabled: bool) {

@@ -6,9 +6,10 @@ use crate::axes::Axes;
 
 /// The hardware of a module.
 pub trait Ports: Sized {
-    /// The kind of axes that the module has: [`Steppers`](crate::Steppers).
+    /// The kind of axes that the module has: [`Steppers`](crate::Steppers) or a [`Servo`](crate::Servo).
     type Axes: Axes<Self>;
-    /// One power stage with the sensors of its axis: for steppers a [`StepperStage`] with [`AxisInputs`].
+    /// One power stage with the sensors of its axis: for steppers a [`StepperStage`] with [`AxisInputs`], for a servo a
+    /// [`Bridge`] with [`RotorInputs`] and a [`Supply`].
     type Axis;
     /// The ports of the module.
     type Io: Io;
@@ -44,6 +45,56 @@ pub struct DriverState {
 impl DriverState {
     /// Flag: the motor stalls.
     pub const STALL: u8 = 1;
+}
+
+/// Three half bridges with the shunts of two of them.
+pub trait Bridge {
+    /// Readings of the shunts of phases A and B at the beginning of this PWM period, 0..=65535. A step is 1 mA into the motor;
+    /// without current they read about 32767.
+    fn shunts(&mut self) -> [u16; 2];
+
+    /// The PWM period that begins now: how long the upper switches of A, B and C are on, 32768 for always. `None`: all
+    /// switches stay open. Called once a period while there are control ticks.
+    fn set_duties(&mut self, duties: Option<[u16; 3]>);
+
+    /// Opens all switches; until the next [`set_duties`](Self::set_duties) there are no control ticks.
+    fn rest(&mut self);
+
+    /// Sets the PWM frequency in Hz, 25000..=100000.
+    fn set_frequency(&mut self, hz: u32);
+
+    /// True while the gate driver reports a fault.
+    fn is_faulty(&mut self) -> bool;
+}
+
+/// Sensors of a servo's rotor.
+pub trait RotorInputs {
+    /// Levels of the hall sensors, three bits; bit 0 is that of phase A.
+    fn hall(&mut self) -> u8;
+
+    /// Encoder counter in counts (four a line), wrapping.
+    fn encoder(&mut self) -> i32;
+
+    /// Levels of the encoder's channels: bit 0 is A, bit 1 B, bit 2 N.
+    fn encoder_levels(&mut self) -> u8;
+
+    /// As [`AxisInputs::watch_null`].
+    fn watch_null(&mut self, event: Option<NullEvent>);
+
+    /// As [`AxisInputs::take_null`].
+    fn take_null(&mut self) -> Option<i32>;
+}
+
+/// Supply and warmth of a servo's power stage.
+pub trait Supply {
+    /// Supply voltage in 0.1 V.
+    fn voltage_dv(&mut self) -> i32;
+
+    /// Temperature of the power stage in degrees Celsius.
+    fn temperature_c(&mut self) -> i32;
+
+    /// Switches the resistor of the brake chopper on or off.
+    fn set_brake_chopper(&mut self, on: bool);
 }
 
 /// Switches and encoder of an axis.

@@ -15,6 +15,7 @@ use crate::axis::Axis;
 use crate::coordinates::{Coordinates, NO_COORDINATES};
 use crate::module::MAX_AXES;
 use crate::ports::{AxisInputs, Ports, StepperStage, Switches};
+use crate::ticks::Period;
 
 /// Bits of the motor field of MVP COORD (TMCM-3351 §3.6.4).
 const SEVERAL: u8 = 1 << 7;
@@ -24,6 +25,7 @@ const INTERPOLATED: u8 = 1 << 6;
 #[derive(Debug)]
 pub struct Steppers {
     catalogue: &'static Module,
+    period: Period,
     axes: [Axis; MAX_AXES],
     line: Option<Line<MAX_AXES>>,
     coordinates: Coordinates,
@@ -33,6 +35,7 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
     fn new(catalogue: &'static Module) -> Self {
         Self {
             catalogue,
+            period: Period::from_ns(catalogue.tick_us.saturating_mul(1000)),
             axes: core::array::from_fn(|_| Axis::new(catalogue)),
             line: None,
             coordinates: NO_COORDINATES,
@@ -118,6 +121,11 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
     #[inline]
     fn is_active(&self, index: usize) -> bool {
         self.axes.get(index).is_some_and(Axis::is_active)
+    }
+
+    #[inline]
+    fn period(&self) -> Period {
+        self.period
     }
 
     #[inline]

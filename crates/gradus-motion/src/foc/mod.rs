@@ -51,3 +51,9 @@ pub use settings::{
 };
 pub use turns::{CountScale, TurnCounter};
 pub use vector::{AlphaBeta, Dq};
+
+/// `value` from `-limit` to `limit`, which is not negative; unlike `clamp` it has no way to panic.
+#[inline]
+fn within(value: i64, limit: i64) -> i64 {
+    value.min(limit).max(-limit)
+}

@@ -1,5 +1,7 @@
 //! Regulators.
 
+use super::within;
+
 /// P and I as the user sets them, from 0 to 32767.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PiSettings {
@@ -61,7 +63,7 @@ impl Pi {
     pub fn output(&mut self, gains: &PiGains, error: i32, limit: i32) -> i32 {
         self.error = error.clamp(-MAX_ERROR, MAX_ERROR);
         let sum = ((gains.p_q8 * i64::from(self.error)) >> 8) + (self.integral_q32 >> 32);
-        sum.clamp(-i64::from(limit), i64::from(limit)) as i32
+        within(sum, limit.into()) as i32
     }
 
     /// Adds the error of this cycle to the integral, which keeps within the output's limit. When the `output` was
@@ -72,7 +74,7 @@ impl Pi {
         if !winds_up {
             let limit_q32 = i64::from(limit) << 32;
             let sum = self.integral_q32 + gains.i_per_cycle_q32 * i64::from(self.error);
-            self.integral_q32 = sum.clamp(-limit_q32, limit_q32);
+            self.integral_q32 = within(sum, limit_q32);
         }
     }
 

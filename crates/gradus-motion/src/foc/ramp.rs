@@ -1,5 +1,7 @@
 //! The ramp of a servo: velocity and position, a thousand times a second.
 
+use super::within;
+
 /// More than any velocity of the module, and little enough for the ramp's arithmetic.
 const FASTEST_RPM: u32 = (1 << 18) - 1;
 
@@ -45,7 +47,7 @@ pub struct ServoRamp {
 impl ServoRamp {
     /// One millisecond towards a velocity.
     pub fn tick_velocity(&mut self, gains: &RampGains, target_rpm: i32) {
-        let target = i64::from(target_rpm).clamp(-gains.max_velocity_rpm, gains.max_velocity_rpm);
+        let target = within(target_rpm.into(), gains.max_velocity_rpm);
         self.approach(gains, target << 32);
     }
 
@@ -59,7 +61,7 @@ impl ServoRamp {
             self.velocity_q32 = top_q32;
         }
         // A millisecond is 65536 / 60000 position steps a rpm.
-        let way_q32 = self.velocity_q32 * 2_048 / (1_875 * gains.units_per_rpm);
+        let way_q32 = self.velocity_q32 * 2_048 / (1_875 * gains.units_per_rpm).max(1);
         let arrives = way_q32.abs() >= distance_q32.abs() && way_q32.signum() == direction;
         if arrives {
             *self = Self { position: target, ..Self::default() };
@@ -72,7 +74,7 @@ impl ServoRamp {
 
     fn approach(&mut self, gains: &RampGains, target_q32: i64) {
         let change = target_q32 - self.velocity_q32;
-        self.velocity_q32 += change.clamp(-gains.velocity_per_ms_q32, gains.velocity_per_ms_q32);
+        self.velocity_q32 += within(change, gains.velocity_per_ms_q32);
     }
 
     /// Goes on from this velocity.

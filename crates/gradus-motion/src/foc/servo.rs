@@ -9,6 +9,7 @@ use super::pi::Pi;
 use super::ramp::ServoRamp;
 use super::settings::{Commutation, EncoderInitMode, ServoGains};
 use super::vector::Dq;
+use super::within;
 
 /// What is measured in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -231,8 +232,7 @@ impl Servo {
 
     #[inline]
     fn within_max_velocity(&self, rpm: i64) -> i32 {
-        let max = i64::from(self.gains.max_velocity_rpm);
-        rpm.clamp(-max, max) as i32
+        within(rpm, self.gains.max_velocity_rpm.into()) as i32
     }
 
     #[inline]
@@ -251,7 +251,7 @@ impl Servo {
 
     #[inline]
     fn within_max_current(&self, current_ma: i32) -> i32 {
-        current_ma.clamp(-self.gains.max_current_ma, self.gains.max_current_ma)
+        within(current_ma.into(), self.gains.max_current_ma.into()) as i32
     }
 
     /// Open loop: turns the field on; all current goes along it.
@@ -362,6 +362,12 @@ impl Servo {
             self.ramp.set_velocity(rpm);
             self.mode = Mode::Velocity;
         }
+    }
+
+    /// Regulates velocity 0 at once, without the ramp.
+    pub fn brake(&mut self) {
+        self.turn(0);
+        self.ramp.set_velocity(0);
     }
 
     /// Regulates the position (50), 65536 a turn.

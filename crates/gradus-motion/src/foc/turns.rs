@@ -29,8 +29,9 @@ impl TurnCounter {
     pub fn advance(&mut self, scale: &CountScale, counts: i32) {
         self.count += i64::from(counts);
         if !(0..scale.counts_per_turn).contains(&self.count) {
-            self.turns = self.turns.wrapping_add(self.count.div_euclid(scale.counts_per_turn) as i32);
-            self.count = self.count.rem_euclid(scale.counts_per_turn);
+            let counts_per_turn = scale.counts_per_turn.max(1);
+            self.turns = self.turns.wrapping_add(self.count.div_euclid(counts_per_turn) as i32);
+            self.count = self.count.rem_euclid(counts_per_turn);
         }
     }
 

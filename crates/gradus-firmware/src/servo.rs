@@ -1,0 +1,489 @@
+//! The axis of a servo module: one motor under field-oriented control.
+//!
+//! The arithmetic is that of [`gradus_motion::foc`]; here are the commands, the protection and the ticks, one a PWM period
+//! (axis parameter 110). The module ticks while its driver works or the rotor turns; a quarter of a second after both have come
+//! to rest it costs nothing.
+//!
+//! Where the manual is silent:
+//! - The axis begins in stop mode: no current. MST regulates velocity 0 (velocity mode). A fault, axis parameter 255 = 0 and a
+//!   fault's end lead to stop mode; a motion command while the driver is off is not available, but MST is.
+//! - An active right or left switch that is enabled (axis parameters 209, 210) brakes a motion towards it without a ramp and
+//!   ends it: the velocity is 0 then, and a motion away is free. A switch that is not enabled is not active. Home stops nothing.
+//! - Reading 50 outside position mode gives the actual position, and position reached (55) is 0 there. MVP REL goes from the
+//!   last target in position mode, else from where the motor is.
+//! - Positions outside are those inside times 56 / 65536, rounded down; a target that does not fit inside is an invalid value.
+//! - The encoder is initialised when it first commutates, or when its parameters or those of the motor have changed. In an
+//!   alignment (102 = 0) it must count what the rotor turns, at least roughly: between 15 and 165 of the 90 electrical degrees,
+//!   backwards. Else it is an initialisation error; another commutation mode, or 1 to 255, tries again.
+//! - Axis parameter 105 has no use: no mode of initialisation turns the motor to its null channel. IIT flags stay 0.
+//! - Loops a second (230 to 232) are those of the ramp, of the current loop and of the velocity loop, 0 while they do not run.
+
+use gradus_motion::foc::{self, Dq, Feedback, InitState};
+use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
+use gradus_tmcl::{MoveKind, Search, Status};
+
+use crate::axes::{Axes, Events, Move, axis_index};
+use crate::ports::{Bridge, Io, NullEvent, Ports, RotorInputs, Supply, Switches};
+use crate::protection::{Protection, Sight};
+use crate::servo_settings::ServoDerived;
+use crate::settings::Settings;
+use crate::ticks::Period;
+
+/// Bits of axis parameters 209 and 210.
+const RIGHT: u8 = 1 << 0;
+const LEFT: u8 = 1 << 1;
+const HOME: u8 = 1 << 2;
+
+/// Number of the first reference switch among the digital inputs: right, left, home.
+const FIRST_SWITCH: u8 = 2;
+
+/// Electrical angle that an alignment turns the rotor backwards, 65536 a turn: a quarter turn, or what of it can be told from
+/// an encoder that does not count or counts the other way.
+const ALIGNMENT: core::ops::Range<i64> = 2_700..30_000;
+
+/// What the axis was told to do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) enum Mode {
+    #[default]
+    Stop,
+    Torque,
+    Velocity,
+    Position,
+}
+
+/// The axis of a servo module.
+#[derive(Debug)]
+pub struct Servo {
+    catalogue: &'static Module,
+    pub(crate) settings: Settings,
+    pub(crate) derived: ServoDerived,
+    pub(crate) control: foc::Servo,
+    period: Period,
+    pub(crate) mode: Mode,
+    /// Target of position mode as the user gave it.
+    pub(crate) target: i32,
+    pub(crate) protection: Protection,
+    /// Axis parameter 255.
+    pub(crate) enabled: bool,
+    /// The module's ENABLE input, where a board has one.
+    powered: bool,
+    pub(crate) chopping: bool,
+    /// Encoder counter when an alignment began to turn the rotor.
+    aligned_from: Option<i32>,
+    seen: Feedback,
+    /// Ticks until a rotor that no longer moves is at rest.
+    pub(crate) quiet_in: u32,
+}
+
+impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
+    fn new(catalogue: &'static Module) -> Self {
+        let settings = Settings::factory(catalogue);
+        Self {
+            catalogue,
+            derived: settings.derive_servo(),
+            control: foc::Servo::new(settings.servo().gains()),
+            period: settings.pwm_period(),
+            settings,
+            mode: Mode::Stop,
+            target: 0,
+            protection: Protection::default(),
+            enabled: true,
+            powered: true,
+            chopping: false,
+            aligned_from: None,
+            seen: Feedback::default(),
+            quiet_in: 0,
+        }
+    }
+
+    fn restart(&mut self) {
+        *self = <Self as Axes<P>>::new(self.catalogue);
+    }
+
+    fn start(&mut self, index: usize, _now: u64, powered: bool, ports: &mut P) {
+        let port = ports.axis(index);
+        self.powered = powered;
+        port.set_frequency(self.settings.unsigned(Ap::PwmFrequencyHz));
+        port.set_brake_chopper(false);
+        port.rest();
+        self.arm_null(port);
+        self.protect(port);
+        self.seen = self.feedback(port);
+        self.control.idle(&self.seen);
+    }
+
+    #[inline]
+    fn get(&mut self, index: usize, id: Ap, _now: u64, ports: &mut P) -> i32 {
+        match id {
+            Ap::RightSwitch => i32::from(self.switches_of(ports).right),
+            Ap::LeftSwitch => i32::from(self.switches_of(ports).left),
+            Ap::HomeSwitch => i32::from(self.switches_of(ports).home),
+            _ => self.read(id, ports.axis(index)),
+        }
+    }
+
+    fn set(&mut self, index: usize, row: &AxisParameter, value: i32, ports: &mut P) -> Result<(), Status> {
+        self.write(row, value, ports.axis(index))
+    }
+
+    fn rotate(&mut self, _index: usize, speed: i32) -> Result<(), Status> {
+        self.turn(speed)
+    }
+
+    fn move_to(&mut self, kind: MoveKind, motor: u8, value: i32, _ports: &mut P) -> Result<Move, Status> {
+        axis_index(self.catalogue, motor)?;
+        let target = match kind {
+            MoveKind::ABS => value,
+            MoveKind::REL => self.base().wrapping_add(value),
+            _ => return Err(Status::WRONG_TYPE),
+        };
+        self.go(target)?;
+        Ok(Move { value: target, motors: 1 })
+    }
+
+    /// The module has no reference search.
+    fn search(&mut self, _what: Search, _index: usize) -> Result<Option<i32>, Status> {
+        Err(Status::WRONG_TYPE)
+    }
+
+    /// Nor coordinates.
+    fn coordinate_mut(&mut self, _number: u8, _index: usize) -> Option<&mut i32> {
+        None
+    }
+
+    fn set_power(&mut self, index: usize, on: bool, ports: &mut P) {
+        self.powered = on;
+        self.release_if_off(ports.axis(index));
+    }
+
+    #[inline]
+    fn switches(&mut self, _index: usize, ports: &mut P) -> Switches {
+        self.switches_of(ports)
+    }
+
+    #[inline]
+    fn is_reached(&self, _index: usize) -> bool {
+        self.has_arrived()
+    }
+
+    fn is_searching(&self, _index: usize) -> bool {
+        false
+    }
+
+    #[inline]
+    fn is_active(&self, _index: usize) -> bool {
+        self.is_ticking()
+    }
+
+    #[inline]
+    fn period(&self) -> Period {
+        self.period
+    }
+
+    /// A change of supply or temperature, and a rotor that somebody turns.
+    fn look(&mut self, index: usize, ports: &mut P) {
+        if self.is_ticking() {
+            return;
+        }
+        let port = ports.axis(index);
+        self.protect(port);
+        if (port.hall(), port.encoder()) != (self.seen.hall_bits, self.seen.encoder_count) {
+            self.quiet_in = self.derived.quiet_ticks;
+        }
+    }
+
+    #[inline]
+    fn tick(&mut self, index: usize, _now: u64, switches: Switches, ports: &mut P) -> Events {
+        let port = ports.axis(index);
+        self.protect(port);
+        self.brake_at(switches);
+        let seen = self.feedback(port);
+        let duties = if self.is_on() {
+            self.control.cycle(&seen)
+        } else {
+            self.control.idle(&seen);
+            None
+        };
+        port.set_duties(duties.map(|duties| duties.q15));
+        self.watch_null(port);
+        self.watch_alignment(seen.encoder_count);
+        self.watch_rest(seen);
+        if !self.is_ticking() {
+            port.rest();
+        }
+        Events::default()
+    }
+
+    #[inline]
+    fn due_at(&self) -> Option<u64> {
+        None
+    }
+
+    fn run_timer(&mut self, _index: usize, _now: u64, _ports: &mut P) {}
+}
+
+// Motion.
+impl Servo {
+    /// ROR, MST and axis parameter 40.
+    pub(crate) fn turn(&mut self, rpm: i32) -> Result<(), Status> {
+        if rpm != 0 || self.is_on() {
+            self.begin(Mode::Velocity)?;
+            self.control.turn(rpm);
+        }
+        Ok(())
+    }
+
+    /// MVP and axis parameter 50.
+    pub(crate) fn go(&mut self, target: i32) -> Result<(), Status> {
+        let inside = self.inside(target).ok_or(Status::INVALID_VALUE)?;
+        self.begin(Mode::Position)?;
+        self.target = target;
+        self.control.move_to(inside);
+        Ok(())
+    }
+
+    /// Axis parameters 30 and 32.
+    pub(crate) fn push(&mut self, target_ma: Dq) -> Result<(), Status> {
+        self.begin(Mode::Torque)?;
+        self.control.regulate_current(target_ma);
+        Ok(())
+    }
+
+    fn begin(&mut self, mode: Mode) -> Result<(), Status> {
+        if !self.is_on() {
+            return Err(Status::NOT_AVAILABLE);
+        }
+        self.mode = mode;
+        Ok(())
+    }
+
+    /// Where MVP REL goes from.
+    fn base(&self) -> i32 {
+        if self.mode == Mode::Position { self.target } else { self.outside(self.control.position()) }
+    }
+
+    /// A position as the user sees it (axis parameter 56).
+    pub(crate) fn outside(&self, position: i32) -> i32 {
+        ((i64::from(position) * i64::from(self.settings.get(Ap::PositionScaler))) >> 16) as i32
+    }
+
+    /// A position of the user's as the regulator sees it, if there is one: the smallest that [`outside`](Self::outside) shows
+    /// so, or next to it.
+    pub(crate) fn inside(&self, position: i32) -> Option<i32> {
+        let scaler = i64::from(self.settings.get(Ap::PositionScaler)).max(1);
+        let scaled = i64::from(position) << 16;
+        let floor = scaled.checked_div_euclid(scaler)?;
+        let up = i64::from(scaled.checked_rem_euclid(scaler)? != 0);
+        i32::try_from(floor + up).ok()
+    }
+
+    /// Position reached (axis parameters 53 to 55).
+    pub(crate) fn has_arrived(&self) -> bool {
+        let distance = self.target.wrapping_sub(self.outside(self.control.position()));
+        let speed = self.control.mean_velocity_rpm();
+        self.mode == Mode::Position
+            && distance.unsigned_abs() <= self.settings.unsigned(Ap::PositionReachedDistance)
+            && speed.unsigned_abs() <= self.settings.unsigned(Ap::PositionReachedSpeed)
+    }
+
+    /// A switch in the way ends a motion.
+    #[inline]
+    fn brake_at(&mut self, switches: Switches) {
+        let ahead = match self.heading() {
+            1 => switches.right,
+            -1 => switches.left,
+            _ => false,
+        };
+        if ahead {
+            self.mode = Mode::Velocity;
+            self.control.brake();
+        }
+    }
+
+    /// Which way the motor is to turn.
+    #[inline]
+    fn heading(&self) -> i32 {
+        match self.mode {
+            Mode::Stop => 0,
+            Mode::Torque => self.control.target_current_ma().q.signum(),
+            Mode::Velocity => self.control.target_velocity_rpm().signum(),
+            Mode::Position => self.control.target_position().wrapping_sub(self.control.position()).signum(),
+        }
+    }
+
+    /// Reference switches (axis parameters 209 to 213).
+    #[inline]
+    pub(crate) fn switches_of<P: Ports>(&self, ports: &mut P) -> Switches {
+        let derived = &self.derived;
+        if derived.switch_enable == 0 {
+            return Switches::default();
+        }
+        let levels = ports.io().inputs() >> FIRST_SWITCH;
+        let active = !(levels ^ derived.switch_polarity) & derived.switch_enable;
+        Switches { right: active & RIGHT != 0, left: active & LEFT != 0, home: active & HOME != 0 }
+    }
+}
+
+// The driver.
+impl Servo {
+    /// Derives anew what depends on the settings.
+    pub(crate) fn derive(&mut self) {
+        self.derived = self.settings.derive_servo();
+        self.period = self.settings.pwm_period();
+        self.control.set_gains(self.settings.servo().gains());
+    }
+
+    /// True while the driver may work.
+    #[inline]
+    pub(crate) fn is_on(&self) -> bool {
+        self.enabled && self.powered && self.protection.allows()
+    }
+
+    #[inline]
+    pub(crate) fn is_ticking(&self) -> bool {
+        (self.derived.drives && self.is_on()) || self.quiet_in > 0
+    }
+
+    /// Axis parameter 255: 1 also clears latched faults.
+    pub(crate) fn enable<A: Bridge>(&mut self, on: bool, port: &mut A) {
+        self.enabled = on;
+        if on {
+            self.retry();
+        }
+        self.release_if_off(port);
+    }
+
+    /// Clears what is latched.
+    pub(crate) fn retry(&mut self) {
+        if !self.protection.allows() {
+            self.protection.clear();
+            self.control.initialise_encoder();
+        }
+    }
+
+    fn release_if_off<A: Bridge>(&mut self, port: &mut A) {
+        if !self.is_on() {
+            self.stop();
+            port.rest();
+        }
+    }
+
+    /// Stop mode; the motor runs down.
+    fn stop(&mut self) {
+        self.mode = Mode::Stop;
+        self.control.brake();
+        self.control.regulate_current(Dq::default());
+        self.aligned_from = None;
+        self.quiet_in = self.derived.quiet_ticks;
+    }
+
+    #[inline]
+    fn feedback<A: Bridge + RotorInputs>(&self, port: &mut A) -> Feedback {
+        let [a, b, _] = self.phases_ma(port);
+        Feedback { phases_ma: [a, b], hall_bits: port.hall(), encoder_count: port.encoder() }
+    }
+
+    /// Currents of the three phases (axis parameters 2 to 4).
+    #[inline]
+    pub(crate) fn phases_ma<A: Bridge>(&self, port: &mut A) -> [i32; 3] {
+        let [a, b] = port.shunts().map(i32::from);
+        let [offset_a, offset_b] = self.derived.shunt_offsets;
+        let (a, b) = (a - offset_a, b - offset_b);
+        [a, b, -a - b]
+    }
+
+    /// Looks for faults and works the brake chopper.
+    #[inline]
+    fn protect<A: Bridge + Supply>(&mut self, port: &mut A) {
+        let voltage_dv = port.voltage_dv();
+        let sight = Sight {
+            voltage_dv,
+            temperature_c: port.temperature_c(),
+            phases_ma: self.phases_ma(port),
+            gate_fault: port.is_faulty(),
+            hall_fault: self.derived.hall_commutates && self.control.hall_is_faulty(),
+        };
+        let allowed = self.protection.allows();
+        self.protection.watch(&sight, self.derived.patience);
+        if allowed && !self.protection.allows() {
+            self.stop();
+        }
+        self.chop(voltage_dv, port);
+    }
+
+    #[inline]
+    fn chop<A: Supply>(&mut self, voltage_dv: i32, port: &mut A) {
+        let on = match self.derived.chopper {
+            Some((limit_dv, off_dv)) => voltage_dv >= limit_dv || (self.chopping && voltage_dv >= off_dv),
+            None => false,
+        };
+        if on != self.chopping {
+            self.chopping = on;
+            port.set_brake_chopper(on);
+        }
+    }
+
+    /// The module rests when the rotor has not moved for a while.
+    #[inline]
+    fn watch_rest(&mut self, seen: Feedback) {
+        let moved = (seen.hall_bits, seen.encoder_count) != (self.seen.hall_bits, self.seen.encoder_count);
+        self.quiet_in = if moved { self.derived.quiet_ticks } else { self.quiet_in.saturating_sub(1) };
+        self.seen = seen;
+    }
+}
+
+// The encoder.
+impl Servo {
+    /// Compares what the encoder counts in an alignment with what the rotor turns.
+    #[inline]
+    fn watch_alignment(&mut self, count: i32) {
+        match self.control.init_state() {
+            InitState::Start => self.aligned_from = None,
+            InitState::Wait | InitState::Estimate if self.derived.aligns => {
+                self.aligned_from.get_or_insert(count);
+            }
+            InitState::Wait | InitState::Estimate => {}
+            InitState::Idle => {
+                if let Some(from) = self.aligned_from.take()
+                    && !ALIGNMENT.contains(&self.electrical_angle_back(count.wrapping_sub(from)))
+                {
+                    self.protection.fail_init();
+                    self.stop();
+                }
+            }
+        }
+    }
+
+    /// Electrical angle of so many counts, backwards, 65536 a turn.
+    fn electrical_angle_back(&self, counts: i32) -> i64 {
+        let back = if self.settings.get(Ap::EncoderDirection) != 0 { i64::from(counts) } else { -i64::from(counts) };
+        let steps = i64::from(self.settings.get(Ap::EncoderSteps)).max(1);
+        back.saturating_mul(i64::from(self.settings.get(Ap::PolePairs)) << 16).checked_div(steps).unwrap_or(0)
+    }
+
+    /// Axis parameters 107 and 108.
+    pub(crate) fn arm_null<A: RotorInputs>(&self, port: &mut A) {
+        let wanted = self.settings.get(Ap::ClearOnNull) != 0;
+        port.watch_null(wanted.then_some(NullEvent { n: true, ab: None }));
+    }
+
+    /// Makes the place of the null channel position 0.
+    #[inline]
+    fn watch_null<A: RotorInputs>(&mut self, port: &mut A) {
+        if let Some(count) = port.take_null() {
+            self.clear_at(count, port);
+        }
+    }
+
+    fn clear_at<A: RotorInputs>(&mut self, count: i32, port: &mut A) {
+        let since = port.encoder().wrapping_sub(count);
+        let inverted = (self.settings.get(Ap::EncoderDirection) != 0) != (self.settings.get(Ap::MotorDirection) != 0);
+        let since = i64::from(if inverted { since.wrapping_neg() } else { since });
+        let steps = i64::from(self.settings.get(Ap::EncoderSteps)).max(1);
+        self.control.set_position((since << 16).checked_div(steps).unwrap_or(0) as i32);
+        if self.settings.get(Ap::ClearOnce) != 0 {
+            self.settings.set(Ap::ClearOnNull, 0);
+            self.arm_null(port);
+        }
+    }
+}

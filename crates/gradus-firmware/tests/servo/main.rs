@@ -1,0 +1,8 @@
+//! A whole TMCM-1617 on fake hardware, driven as a host drives it.
+
+mod commands;
+mod modes;
+mod parameters;
+mod protection;
+mod support;
+mod ticks;
