@@ -64,6 +64,11 @@ impl Link {
         self.outgoing.front().map(|reply| reply.not_before_us)
     }
 
+    /// Throws the beginning of a datagram away.
+    pub fn forget_beginning(&mut self) {
+        self.framer.reset();
+    }
+
     pub(crate) fn is_full(&self) -> bool {
         self.outgoing.is_full()
     }

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 use gradus_firmware::{Link, LinkKind, Module};
 use gradus_plant::Readings;
 use gradus_plant::STEP_US;
-use gradus_tmcl::catalogue::{self, Ap, TMCM_3351};
+use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_3351};
+use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
 use crate::{Eeprom, Machine};
@@ -182,6 +183,21 @@ impl Bench {
         }
     }
 
+    /// Hands the module a frame of its CAN bus at this moment; without power it is lost.
+    pub fn send_frame(&mut self, link: &mut Link, frame: &can::Frame) {
+        if let Board::On { firmware, .. } = &mut self.board {
+            firmware.receive_frame(link, frame);
+        }
+    }
+
+    /// The next reply or event for the CAN bus.
+    pub fn take_frame(&mut self, link: &mut Link) -> Option<can::Frame> {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.transmit_frame(link),
+            Board::Off(_) => None,
+        }
+    }
+
     /// When the next waiting reply of the client may go over the line, if one waits.
     pub fn ready_at(&self, link: &Link) -> Option<u64> {
         match &self.board {
@@ -267,6 +283,16 @@ impl Bench {
         }
     }
 
+    /// Sets a global parameter of bank 0 as SGP does, stored at once where SGP stores it; false without power and if the
+    /// module refuses.
+    pub fn set_global(&mut self, id: Gp, value: i32) -> bool {
+        let Some(row) = self.catalogue.global_parameters.iter().find(|row| row.id == id) else { return false };
+        let mut link = self.attach(LinkKind::Usb, 0);
+        let instruction = Instruction { opcode: Opcode::SGP, kind: row.first, motor: row.bank, value };
+        self.send(&mut link, &Request { address: 0, instruction }.emit());
+        self.take(&mut link).and_then(|reply| Reply::parse(&reply).ok()).is_some_and(|reply| reply.status.is_ok())
+    }
+
     /// An axis parameter as GAP reads it; `None` without power and for what the module lacks.
     pub fn axis_parameter(&mut self, axis: usize, id: Ap) -> Option<i32> {
         self.firmware()?.get_axis(axis, id)
@@ -281,8 +307,8 @@ fn next_step(time_us: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use gradus_plant::{Mechanics, Travel};
+    use gradus_tmcl::Status;
     use gradus_tmcl::catalogue::TMCM_3351;
-    use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
     use super::*;
 

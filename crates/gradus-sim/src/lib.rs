@@ -11,22 +11,35 @@
 
 mod bench;
 pub mod bench_file;
+mod can_bus;
 pub mod console;
 mod eeprom;
+mod faults;
 mod io;
 mod machine;
 mod problem;
 mod quantity;
+mod rig;
+pub mod rig_console;
+mod segment;
 #[cfg(unix)]
 mod serve;
+mod wakes;
 
 pub use bench::{Bench, Firmware, VIRTUAL_MODULES};
 pub use bench_file::{BenchFile, BenchFileError};
+pub use can_bus::Can;
 pub use eeprom::{Eeprom, EepromError};
+pub use faults::{PROFILES, Profile, ProfileError};
 pub use gradus_firmware::{Link, LinkKind};
 pub use gradus_plant::{Readings, StepperAxis};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use problem::Problem;
+pub use rig::{BusChange, BusKind, HostId, Rig};
+pub use segment::Serial;
 #[cfg(unix)]
-pub use serve::{Console, Endpoint, EndpointError, Options, ServeError, Server, Speed, SpeedError, Stopper};
+pub use serve::{
+    Console, Endpoint, EndpointError, EndpointParseError, Options, ServeError, Server, Speed, SpeedError, Stopper,
+    address,
+};

@@ -27,6 +27,7 @@ const ADC_VALUE: Number = Number::whole(0.0, 1023.0);
 const TRAVEL_PER_TURN: Number = Number::any("a length", 0.001, LONGEST);
 const PLACE: Number = Number::any("a length", -LONGEST, LONGEST);
 const WIDTH: Number = Number::any("a length", 0.0, LONGEST);
+const SHARE: Number = Number::any("a share", 0.0, 1.0);
 const SECONDS: Number = Number::any("seconds", 0.0, 1e9);
 
 impl Number {
@@ -88,6 +89,11 @@ pub(crate) fn place<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error
 /// Length of a vane.
 pub(crate) fn width<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
     value.deserialize_any(WIDTH)
+}
+
+/// A part of a whole.
+pub(crate) fn share<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
+    value.deserialize_any(SHARE)
 }
 
 /// Seconds as microseconds, rounded.

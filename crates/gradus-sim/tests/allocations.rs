@@ -191,6 +191,7 @@ mod served {
             Endpoint::Pty(path) => {
                 Box::new(File::options().read(true).write(true).open(path.as_ref().unwrap()).unwrap())
             }
+            _ => panic!("{endpoint} carries frames"),
         }
     }
 

@@ -45,7 +45,7 @@ impl Served {
     fn address(&self) -> SocketAddr {
         let address = |endpoint: &Endpoint| match endpoint {
             Endpoint::Tcp(address) => Some(*address),
-            Endpoint::Pty(_) => None,
+            _ => None,
         };
         self.endpoints.iter().find_map(address).unwrap()
     }
@@ -53,7 +53,7 @@ impl Served {
     fn terminal(&self) -> PathBuf {
         let path = |endpoint: &Endpoint| match endpoint {
             Endpoint::Pty(path) => path.clone(),
-            Endpoint::Tcp(_) => None,
+            _ => None,
         };
         self.endpoints.iter().find_map(path).unwrap()
     }

@@ -5,15 +5,17 @@ use std::net::TcpStream;
 use std::os::fd::{AsFd, BorrowedFd};
 use std::time::{Duration, Instant};
 
-use gradus_firmware::{Link, LinkKind};
-use rustix::event::PollFlags;
 use rustix::io::Errno;
 
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+use super::can_socket::CanInterface;
+use super::protocol::Protocol;
 use super::pty::Pty;
-use crate::Bench;
+use super::waiter::Interest;
+use crate::{HostId, Rig};
 
-/// A pause inside a datagram after which a new one begins (BEHAVIOUR 1: TCP and pseudo-terminals). It is a matter of the
-/// host's clock, however fast virtual time runs.
+/// A pause inside a datagram after which a new one begins (BEHAVIOUR 1: TCP and pseudo-terminals), unless the bus has a rule of its
+/// own. It is a matter of the host's clock, however fast virtual time runs.
 const DATAGRAM_GAP: Duration = Duration::from_millis(50);
 
 /// Bytes read at once.
@@ -27,55 +29,67 @@ const OUTBOX_FULL: usize = 65_536;
 
 /// What carries the bytes.
 #[derive(Debug)]
-enum Carrier {
+pub(crate) enum Carrier {
     Pty(Pty),
     Tcp(TcpStream),
+    #[cfg(all(target_os = "linux", feature = "socketcan"))]
+    Can(CanInterface),
 }
 
-/// A host's connection to the module.
+impl Carrier {
+    /// A stream that never waits.
+    pub(crate) fn tcp(stream: TcpStream) -> io::Result<Self> {
+        stream.set_nonblocking(true)?;
+        stream.set_nodelay(true)?;
+        Ok(Self::Tcp(stream))
+    }
+}
+
+/// A host's connection to a bus.
 #[derive(Debug)]
 pub(crate) struct Line {
     carrier: Carrier,
-    link_id: u32,
-    link: Link,
+    bus: usize,
+    host: HostId,
+    protocol: Protocol,
     /// Bytes that the carrier has not taken yet.
     outbox: Vec<u8>,
     /// When the host was heard last, `None` if it may have said more that has not been read.
     heard: Option<Instant>,
     closed: bool,
+    /// What the waiter was told last.
+    pub(crate) awaited: Interest,
 }
 
 impl Line {
-    pub(crate) fn pty(pty: Pty, bench: &mut Bench) -> Self {
-        Self::new(Carrier::Pty(pty), bench)
+    pub(crate) fn new(carrier: Carrier, protocol: Protocol, bus: usize, rig: &mut Rig) -> Self {
+        let mut outbox = Vec::with_capacity(OUTBOX_BUSY);
+        outbox.extend_from_slice(protocol.greeting());
+        let host = rig.attach(bus);
+        Self { carrier, bus, host, protocol, outbox, heard: None, closed: false, awaited: Interest::READ }
     }
 
-    pub(crate) fn tcp(stream: TcpStream, bench: &mut Bench) -> io::Result<Self> {
-        stream.set_nonblocking(true)?;
-        stream.set_nodelay(true)?;
-        Ok(Self::new(Carrier::Tcp(stream), bench))
+    /// The bus that it leads to.
+    pub(crate) fn bus(&self) -> usize {
+        self.bus
     }
 
-    fn new(carrier: Carrier, bench: &mut Bench) -> Self {
-        let link_id = bench.new_link_id();
-        let outbox = Vec::with_capacity(OUTBOX_BUSY);
-        Self { carrier, link_id, link: new_link(link_id), outbox, heard: None, closed: false }
+    /// Takes the host off its bus.
+    pub(crate) fn detach(&self, rig: &mut Rig) {
+        rig.detach(self.host);
     }
 
     /// What becomes readable when a client of a pseudo-terminal comes or goes.
     pub(crate) fn visitors(&self) -> Option<BorrowedFd<'_>> {
         match &self.carrier {
             Carrier::Pty(pty) => pty.visitors(),
-            Carrier::Tcp(_) => None,
+            _ => None,
         }
     }
 
     /// What the line waits for.
-    pub(crate) fn interest(&self) -> PollFlags {
-        let mut interest = PollFlags::empty();
-        interest.set(PollFlags::IN, self.listens());
-        interest.set(PollFlags::OUT, !self.outbox.is_empty());
-        interest
+    pub(crate) fn interest(&self, rig: &Rig) -> Interest {
+        Interest { read: self.listens() && !rig.is_busy(self.host), write: !self.outbox.is_empty() }
     }
 
     fn listens(&self) -> bool {
@@ -88,36 +102,52 @@ impl Line {
     }
 
     /// Starts afresh when a pseudo-terminal changes hands.
-    pub(crate) fn check_visitors(&mut self, bench: &mut Bench) {
+    pub(crate) fn check_visitors(&mut self, rig: &mut Rig) {
         if let Carrier::Pty(pty) = &mut self.carrier
             && pty.changes_hands()
         {
             self.outbox.clear();
-            self.link_id = bench.new_link_id();
-            self.link = new_link(self.link_id);
+            self.protocol.restart();
+            rig.detach(self.host);
+            self.host = rig.attach(self.bus);
         }
     }
 
-    /// Hands the module what has come at `wall`; [`flush`](Self::flush) sends the replies.
-    pub(crate) fn receive(&mut self, bench: &mut Bench, wall: Instant) {
+    /// Hands the bus what has come at `wall`; [`flush`](Self::flush) sends the replies.
+    pub(crate) fn receive(&mut self, rig: &mut Rig, wall: Instant) {
+        #[cfg(all(target_os = "linux", feature = "socketcan"))]
+        if let Carrier::Can(socket) = &self.carrier {
+            while let Ok(frame) = socket.read() {
+                rig.send_frame(self.host, frame);
+            }
+            return;
+        }
         let mut buffer = [0; READ_LEN];
         match rustix::io::read(self.as_fd(), &mut buffer) {
             Ok(0) => self.fail(),
             Ok(len) => {
                 // Who writes has come before: seen only now, the arrival would throw away the reply.
-                self.check_visitors(bench);
-                self.resynchronise(wall);
+                self.check_visitors(rig);
+                self.resynchronise(rig, wall);
                 self.heard = (len < READ_LEN).then_some(wall);
-                self.offer(&buffer[..len], bench);
+                self.protocol.receive(&buffer[..len], rig, self.host, &mut self.outbox);
             }
             Err(Errno::AGAIN | Errno::INTR) => {}
             Err(_) => self.fail(),
         }
     }
 
-    /// Sends what waits, as far as the carrier takes it.
-    pub(crate) fn flush(&mut self, bench: &mut Bench) {
-        self.collect(bench);
+    /// Sends what has arrived for the host, as far as the carrier takes it.
+    pub(crate) fn flush(&mut self, rig: &mut Rig) {
+        #[cfg(all(target_os = "linux", feature = "socketcan"))]
+        if let Carrier::Can(socket) = &self.carrier {
+            while let Some(frame) = rig.take_frame(self.host) {
+                // A frame that a bus has no room for is lost.
+                let _ = socket.write(&frame);
+            }
+            return;
+        }
+        self.protocol.collect(rig, self.host, &mut self.outbox);
         if self.outbox.is_empty() {
             return;
         }
@@ -135,24 +165,9 @@ impl Line {
     }
 
     /// Forgets the beginning of a datagram after a pause.
-    fn resynchronise(&mut self, wall: Instant) {
+    fn resynchronise(&mut self, rig: &mut Rig, wall: Instant) {
         if self.heard.is_some_and(|heard| wall.saturating_duration_since(heard) > DATAGRAM_GAP) {
-            self.link = new_link(self.link_id);
-        }
-    }
-
-    /// A USB-like link holds no reply back, so the module takes everything if its replies are collected meanwhile.
-    fn offer(&mut self, mut bytes: &[u8], bench: &mut Bench) {
-        while !bytes.is_empty() {
-            let taken = bench.send(&mut self.link, bytes);
-            bytes = &bytes[taken..];
-            self.collect(bench);
-        }
-    }
-
-    fn collect(&mut self, bench: &mut Bench) {
-        while let Some(reply) = bench.take(&mut self.link) {
-            self.outbox.extend_from_slice(&reply);
+            rig.resynchronise(self.host);
         }
     }
 
@@ -168,11 +183,8 @@ impl AsFd for Line {
         match &self.carrier {
             Carrier::Pty(pty) => pty.as_fd(),
             Carrier::Tcp(stream) => stream.as_fd(),
+            #[cfg(all(target_os = "linux", feature = "socketcan"))]
+            Carrier::Can(socket) => socket.as_fd(),
         }
     }
-}
-
-/// A link without a gap in virtual time; the line watches the wall clock instead.
-fn new_link(id: u32) -> Link {
-    Link::new(id, LinkKind::Usb, 0)
 }

@@ -1,14 +1,20 @@
 //! A bench for real hosts, in step with the wall clock.
 
+mod adapter;
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+mod can_socket;
 mod endpoint;
 mod line;
 mod pace;
+mod protocol;
 mod pty;
 mod server;
+mod socketcand;
 mod terminal;
 mod visitors;
+mod waiter;
 
-pub use endpoint::{Endpoint, EndpointError};
+pub use endpoint::{Endpoint, EndpointError, EndpointParseError, address};
 pub use pace::{Speed, SpeedError};
 pub use server::{Options, ServeError, Server, Stopper};
 pub use terminal::Console;

@@ -1,26 +1,29 @@
-//! The server: a bench in step with the wall clock, open to hosts.
+//! The server: a rig in step with the wall clock, open to hosts.
 //!
 //! One thread waits for hosts, the console and a stop, and for the time of the next event. Then it moves virtual time on,
 //! hands over what has come, and sends what is due. No host can hold it up.
 
 use std::fs;
 use std::io::{self, Write};
-use std::net::TcpListener;
+use std::net::{SocketAddr, TcpListener};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::io::Errno;
 use signal_hook::SigId;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
+#[cfg(all(target_os = "linux", feature = "socketcan"))]
+use super::can_socket::CanInterface;
 use super::endpoint::{Endpoint, EndpointError, listen};
-use super::line::Line;
+use super::line::{Carrier, Line};
 use super::pace::{Pace, Speed};
+use super::protocol::Protocol;
 use super::pty::Pty;
 use super::terminal::Console;
-use crate::{Bench, EepromError};
+use super::waiter::{Interest, Waiter};
+use crate::{EepromError, Rig};
 
 /// While anything moves, virtual time goes on in steps of this much wall time.
 const STEP: Duration = Duration::from_millis(1);
@@ -34,14 +37,8 @@ const SLICE_US: u64 = 10_000;
 /// How far virtual time may lag behind on a slow computer, in wall time; what is more is given up.
 const MAX_LAG: Duration = Duration::from_millis(100);
 
-/// Lines at once; more hosts wait until one goes.
-const MAX_LINES: usize = 500;
-
-/// Endpoints of a server.
-const MAX_ENDPOINTS: usize = 100;
-
-/// The stop, the console, an endpoint's listener or visitors each, the lines.
-const MAX_SOURCES: usize = 2 + MAX_ENDPOINTS + MAX_LINES;
+/// Lines at once; more hosts are turned away.
+const MAX_LINES: usize = 20_000;
 
 /// How a server runs.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
@@ -64,20 +61,33 @@ pub enum ServeError {
     Wait(#[source] io::Error),
 }
 
-/// A bench with endpoints for hosts.
+/// A rig with endpoints for hosts.
 #[derive(Debug)]
 pub struct Server {
-    bench: Bench,
+    rig: Rig,
     speed: Speed,
     pace: Pace,
     /// Virtual time lags behind.
     late: bool,
+    allow_remote: bool,
     endpoints: Vec<Endpoint>,
-    listeners: Vec<TcpListener>,
-    lines: Vec<Line>,
-    stop: UnixStream,
+    listeners: Vec<Listener>,
+    /// A line keeps its place as long as it lives.
+    lines: Vec<Option<Line>>,
+    /// The places of the lines of each bus.
+    lines_on: Vec<Vec<usize>>,
+    waiter: Waiter,
+    /// What the waiter watches for a stop.
+    _stop: UnixStream,
     stopper: UnixStream,
     signals: Vec<SigId>,
+}
+
+#[derive(Debug)]
+struct Listener {
+    socket: TcpListener,
+    bus: usize,
+    endpoint: Endpoint,
 }
 
 /// Ends a server from elsewhere.
@@ -94,51 +104,113 @@ enum Source {
     Line(usize),
 }
 
+impl Source {
+    /// As the waiter keeps it.
+    fn token(self) -> u64 {
+        let (kind, index) = match self {
+            Self::Stop => (0, 0),
+            Self::Console => (1, 0),
+            Self::Listener(index) => (2, index),
+            Self::Visitors(index) => (3, index),
+            Self::Line(index) => (4, index),
+        };
+        index as u64 * 5 + kind
+    }
+
+    fn of(token: u64) -> Self {
+        let index = (token / 5) as usize;
+        match token % 5 {
+            0 => Self::Stop,
+            1 => Self::Console,
+            2 => Self::Listener(index),
+            3 => Self::Visitors(index),
+            _ => Self::Line(index),
+        }
+    }
+}
+
 // Building.
 impl Server {
-    /// Opens the endpoints.
+    /// Opens endpoints for the first bus of a rig, or for a bench alone; [`open_endpoint`](Self::open_endpoint) opens more.
     ///
     /// # Errors
-    /// When one of them cannot be opened, or there are more than 100; none stays open then.
-    pub fn open(bench: Bench, endpoints: &[Endpoint], options: Options) -> Result<Self, ServeError> {
-        if endpoints.len() > MAX_ENDPOINTS {
-            return Err(EndpointError::TooMany { most: MAX_ENDPOINTS }.into());
-        }
+    /// When one of them cannot be opened; none stays open then.
+    pub fn open(rig: impl Into<Rig>, endpoints: &[Endpoint], options: Options) -> Result<Self, ServeError> {
+        let rig = rig.into();
         let (stop, stopper) = UnixStream::pair().map_err(ServeError::Wait)?;
+        let mut waiter = Waiter::new().map_err(ServeError::Wait)?;
+        waiter.add(stop.as_fd(), Source::Stop.token(), Interest::READ).map_err(ServeError::Wait)?;
         let mut server = Self {
-            pace: Pace::new(options.speed, Instant::now(), bench.now()),
-            bench,
+            pace: Pace::new(options.speed, Instant::now(), rig.now()),
+            rig,
             speed: options.speed,
             late: false,
+            allow_remote: options.allow_remote,
             endpoints: Vec::new(),
             listeners: Vec::new(),
             lines: Vec::new(),
-            stop,
+            lines_on: Vec::new(),
+            waiter,
+            _stop: stop,
             stopper,
             signals: Vec::new(),
         };
         for endpoint in endpoints {
-            let opened = server.open_endpoint(endpoint, options.allow_remote)?;
-            server.endpoints.push(opened);
+            server.open_endpoint(0, endpoint)?;
         }
         Ok(server)
     }
 
-    fn open_endpoint(&mut self, endpoint: &Endpoint, allow_remote: bool) -> Result<Endpoint, EndpointError> {
-        match endpoint {
-            Endpoint::Pty(link) => {
-                let pty = Pty::open(link.as_deref())?;
-                let path = pty.path().to_owned();
-                self.lines.push(Line::pty(pty, &mut self.bench));
-                Ok(Endpoint::Pty(Some(path)))
-            }
-            Endpoint::Tcp(address) => {
-                let listener = listen(*address, allow_remote)?;
-                let bound = listener.local_addr().unwrap_or(*address);
-                self.listeners.push(listener);
-                Ok(Endpoint::Tcp(bound))
-            }
+    /// Opens an endpoint for a bus.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or is not for this kind of bus.
+    pub fn open_endpoint(&mut self, bus: usize, endpoint: &Endpoint) -> Result<(), ServeError> {
+        if self.rig.can_bit_rate(bus).is_some() != endpoint.is_can() {
+            let bus = self.rig.bus_name(bus).to_owned();
+            return Err(EndpointError::Kind { endpoint: endpoint.clone(), bus }.into());
         }
+        let opened = match endpoint {
+            Endpoint::Pty(link) => Endpoint::Pty(Some(self.open_pty(bus, endpoint, link.as_deref())?)),
+            Endpoint::SlcanPty(link) => Endpoint::SlcanPty(Some(self.open_pty(bus, endpoint, link.as_deref())?)),
+            Endpoint::Tcp(address) => Endpoint::Tcp(self.listen(bus, endpoint, *address)?),
+            Endpoint::SlcanTcp(address) => Endpoint::SlcanTcp(self.listen(bus, endpoint, *address)?),
+            Endpoint::Socketcand(address) => Endpoint::Socketcand(self.listen(bus, endpoint, *address)?),
+            Endpoint::Can(interface) => {
+                self.open_can(bus, endpoint, interface)?;
+                endpoint.clone()
+            }
+        };
+        self.endpoints.push(opened);
+        Ok(())
+    }
+
+    fn open_pty(&mut self, bus: usize, endpoint: &Endpoint, link: Option<&Path>) -> Result<PathBuf, ServeError> {
+        let pty = Pty::open(link)?;
+        let path = pty.path().to_owned();
+        self.add_line(Carrier::Pty(pty), Protocol::of(endpoint), bus)?;
+        Ok(path)
+    }
+
+    fn listen(&mut self, bus: usize, endpoint: &Endpoint, address: SocketAddr) -> Result<SocketAddr, ServeError> {
+        let socket = listen(address, self.allow_remote)?;
+        let bound = socket.local_addr().unwrap_or(address);
+        let token = Source::Listener(self.listeners.len()).token();
+        self.waiter.add(socket.as_fd(), token, Interest::READ).map_err(ServeError::Wait)?;
+        self.listeners.push(Listener { socket, bus, endpoint: endpoint.clone() });
+        Ok(bound)
+    }
+
+    #[cfg(all(target_os = "linux", feature = "socketcan"))]
+    fn open_can(&mut self, bus: usize, endpoint: &Endpoint, interface: &str) -> Result<(), ServeError> {
+        let fail = |source| EndpointError::Can { interface: interface.to_owned(), source };
+        let carrier = Carrier::Can(CanInterface::open(interface).map_err(fail)?);
+        self.add_line(carrier, Protocol::of(endpoint), bus)
+    }
+
+    #[cfg(not(all(target_os = "linux", feature = "socketcan")))]
+    fn open_can(&mut self, _: usize, _: &Endpoint, _: &str) -> Result<(), ServeError> {
+        Err(EndpointError::NoSocketCan.into())
     }
 
     /// The endpoints as they came to be: with the path of the terminal and the real port.
@@ -194,90 +266,139 @@ impl Stopper {
 
 // Serving.
 impl Server {
-    /// Serves until it is stopped, then makes sure that the EEPROM file is on the disk.
+    /// Serves until it is stopped, then makes sure that the EEPROM files are on the disk.
     ///
     /// # Errors
-    /// When the EEPROM file cannot be written: no reply goes out then that would promise a stored value.
-    pub fn run(&mut self, mut console: Option<Console>) -> Result<(), ServeError> {
-        self.pace.restart(Instant::now(), self.bench.now());
-        let mut ready = Vec::with_capacity(MAX_SOURCES);
+    /// When an EEPROM file cannot be written: no reply goes out then that would promise a stored value.
+    pub fn run(&mut self, console: Option<Console>) -> Result<(), ServeError> {
+        let mut console = console.and_then(|console| self.admit(console));
+        self.pace.restart(Instant::now(), self.rig.now());
+        let mut ready = Vec::with_capacity(1024);
         loop {
-            self.wait(console.as_ref(), &mut ready).map_err(ServeError::Wait)?;
+            self.waiter.wait(self.timeout(), &mut ready).map_err(ServeError::Wait)?;
             let wall = self.advance();
-            if ready.contains(&Source::Stop) {
+            if ready.contains(&Source::Stop.token()) {
                 break;
             }
-            for source in &ready {
-                self.serve(*source, &mut console, wall);
+            for token in &ready {
+                self.serve(Source::of(*token), &mut console, wall)?;
             }
-            self.bench.eeprom().check()?;
-            self.flush();
+            self.deliver()?;
         }
-        Ok(self.bench.eeprom().sync()?)
-    }
-
-    /// The bench, to look at it when the server has ended.
-    pub fn bench(&mut self) -> &mut Bench {
-        &mut self.bench
-    }
-
-    /// Waits until something comes or is due. Allocates nothing, as nothing in the loop does that a command or a tick needs.
-    fn wait(&self, console: Option<&Console>, ready: &mut Vec<Source>) -> io::Result<()> {
-        ready.clear();
-        let descriptors = self.sources(console).map(|(_, descriptor)| descriptor);
-        let mut descriptors: heapless::Vec<_, MAX_SOURCES> = descriptors.collect();
-        let timeout = self.timeout().and_then(|timeout| Timespec::try_from(timeout).ok());
-        match poll(&mut descriptors, timeout.as_ref()) {
-            Ok(_) => {}
-            Err(Errno::INTR) => return Ok(()),
-            Err(error) => return Err(error.into()),
+        for bench in self.rig.benches() {
+            bench.eeprom().sync()?;
         }
-        let polled = self.sources(console).zip(&descriptors);
-        let has_come = polled.filter(|(_, descriptor)| !descriptor.revents().is_empty());
-        ready.extend(has_come.map(|((source, _), _)| source));
         Ok(())
     }
 
-    /// The arrival of a visitor comes before its bytes.
-    fn sources<'a>(&'a self, console: Option<&'a Console>) -> impl Iterator<Item = (Source, PollFd<'a>)> {
-        let readable = |source, fd| (source, PollFd::from_borrowed_fd(fd, PollFlags::IN));
-        let console = console.map(|console| readable(Source::Console, console.as_fd()));
-        let open = if self.lines.len() < MAX_LINES { self.listeners.as_slice() } else { &[] };
-        let listeners =
-            open.iter().enumerate().map(move |(i, listener)| readable(Source::Listener(i), listener.as_fd()));
-        let lines = self.lines.iter().enumerate().flat_map(move |(i, line)| {
-            let visitors = line.visitors().map(|fd| readable(Source::Visitors(i), fd));
-            visitors.into_iter().chain([(Source::Line(i), PollFd::new(line, line.interest()))])
-        });
-        [readable(Source::Stop, self.stop.as_fd())].into_iter().chain(console).chain(listeners).chain(lines)
+    /// The rig, to look at it when the server has ended.
+    pub fn rig(&mut self) -> &mut Rig {
+        &mut self.rig
     }
 
-    fn serve(&mut self, source: Source, console: &mut Option<Console>, wall: Instant) {
+    /// Waits for the console from now on; one that cannot be waited for, a file of the disk, is read to its end.
+    fn admit(&mut self, mut console: Console) -> Option<Console> {
+        if self.waiter.add(console.as_fd(), Source::Console.token(), Interest::READ).is_err() {
+            while console.receive(&mut self.rig) {}
+            return None;
+        }
+        Some(console)
+    }
+
+    fn serve(&mut self, source: Source, console: &mut Option<Console>, wall: Instant) -> Result<(), ServeError> {
         match source {
             Source::Stop => {}
             Source::Console => {
-                *console = console.take().and_then(|mut open| open.receive(&mut self.bench).then_some(open));
+                if console.as_mut().is_some_and(|console| !console.receive(&mut self.rig))
+                    && let Some(console) = console.take()
+                {
+                    self.waiter.remove(console.as_fd());
+                }
             }
-            Source::Listener(index) => self.accept(index),
-            Source::Visitors(index) => self.lines[index].check_visitors(&mut self.bench),
-            Source::Line(index) => self.lines[index].receive(&mut self.bench, wall),
+            Source::Listener(index) => self.accept(index)?,
+            Source::Visitors(index) => {
+                if let Some(line) = &mut self.lines[index] {
+                    line.check_visitors(&mut self.rig);
+                }
+            }
+            Source::Line(index) => {
+                if let Some(line) = &mut self.lines[index] {
+                    line.receive(&mut self.rig, wall);
+                }
+                self.flush(index)?;
+            }
         }
+        Ok(())
     }
 
     /// A host that is gone already is nobody's loss.
-    fn accept(&mut self, index: usize) {
-        if let Ok((stream, _)) = self.listeners[index].accept()
-            && let Ok(line) = Line::tcp(stream, &mut self.bench)
+    fn accept(&mut self, index: usize) -> Result<(), ServeError> {
+        let Listener { socket, bus, endpoint } = &self.listeners[index];
+        if let Ok((stream, _)) = socket.accept()
+            && self.lines.len() < MAX_LINES
+            && let Ok(carrier) = Carrier::tcp(stream)
         {
-            self.lines.push(line);
+            self.add_line(carrier, Protocol::of(endpoint), *bus)?;
         }
+        Ok(())
     }
 
-    fn flush(&mut self) {
-        for line in &mut self.lines {
-            line.flush(&mut self.bench);
+    /// The lines whose hosts have got something send it.
+    fn deliver(&mut self) -> Result<(), ServeError> {
+        while let Some(bus) = self.rig.next_mail() {
+            // From the last one on, because a line that fails is taken out.
+            for place in (0..self.lines_on.get(bus).map_or(0, Vec::len)).rev() {
+                self.flush(self.lines_on[bus][place])?;
+            }
         }
-        self.lines.retain(|line| !line.is_closed());
+        Ok(())
+    }
+}
+
+// Lines.
+impl Server {
+    fn add_line(&mut self, carrier: Carrier, protocol: Protocol, bus: usize) -> Result<(), ServeError> {
+        let line = Line::new(carrier, protocol, bus, &mut self.rig);
+        let place = self.lines.iter().position(Option::is_none).unwrap_or(self.lines.len());
+        let visitors = line.visitors().map(|visitors| (visitors, Source::Visitors(place)));
+        for (descriptor, source) in [(line.as_fd(), Source::Line(place))].into_iter().chain(visitors) {
+            self.waiter.add(descriptor, source.token(), Interest::READ).map_err(ServeError::Wait)?;
+        }
+        if self.lines_on.len() <= bus {
+            self.lines_on.resize_with(bus + 1, Vec::new);
+        }
+        self.lines_on[bus].push(place);
+        if place == self.lines.len() {
+            self.lines.push(None);
+        }
+        self.lines[place] = Some(line);
+        self.flush(place)
+    }
+
+    /// Sends what a line has, but no reply that promises a value which could not be stored.
+    fn flush(&mut self, place: usize) -> Result<(), ServeError> {
+        let Some(line) = &mut self.lines[place] else { return Ok(()) };
+        self.rig.check_memories(line.bus())?;
+        line.flush(&mut self.rig);
+        if line.is_closed() {
+            self.remove_line(place);
+            return Ok(());
+        }
+        let interest = line.interest(&self.rig);
+        if interest != line.awaited {
+            line.awaited = interest;
+            let token = Source::Line(place).token();
+            self.waiter.change(line.as_fd(), token, interest).map_err(ServeError::Wait)?;
+        }
+        Ok(())
+    }
+
+    fn remove_line(&mut self, place: usize) {
+        if let Some(line) = self.lines[place].take() {
+            self.waiter.remove(line.as_fd());
+            self.lines_on[line.bus()].retain(|other| *other != place);
+            line.detach(&mut self.rig);
+        }
     }
 }
 
@@ -285,7 +406,7 @@ impl Server {
 impl Server {
     /// How long nothing is due; `None`: for ever.
     fn timeout(&self) -> Option<Duration> {
-        let event_us = self.bench.next_event()?;
+        let event_us = self.rig.next_event()?;
         if self.late || self.speed == Speed::Max {
             return Some(Duration::ZERO);
         }
@@ -295,7 +416,7 @@ impl Server {
     /// Moves virtual time to where it belongs, and gives back the wall time for which that is.
     fn advance(&mut self) -> Instant {
         let wall = Instant::now();
-        if self.speed == Speed::Max && self.bench.next_event().is_some() {
+        if self.speed == Speed::Max && self.rig.next_event().is_some() {
             self.race(wall);
         } else {
             self.follow(wall);
@@ -305,14 +426,14 @@ impl Server {
 
     fn follow(&mut self, wall: Instant) {
         let goal = self.pace.virtual_at(wall);
-        while self.bench.now() < goal {
+        while self.rig.now() < goal {
             let slice = self.slice_end().unwrap_or(goal);
-            self.bench.run_until(slice.min(goal));
+            self.rig.run_until(slice.min(goal));
             if wall.elapsed() > PATIENCE {
                 break;
             }
         }
-        self.late = self.bench.now() < goal;
+        self.late = self.rig.now() < goal;
         if self.late {
             self.give_up_lag(wall);
         }
@@ -321,23 +442,23 @@ impl Server {
     /// As far ahead as patience allows; the wall clock's pace holds again from there.
     fn race(&mut self, wall: Instant) {
         while let Some(slice) = self.slice_end() {
-            self.bench.run_until(slice);
+            self.rig.run_until(slice);
             if wall.elapsed() > PATIENCE {
                 break;
             }
         }
-        self.pace.restart(Instant::now(), self.bench.now());
+        self.pace.restart(Instant::now(), self.rig.now());
     }
 
     /// Far enough to be worth a look at the clock; `None` if nothing is due.
     fn slice_end(&self) -> Option<u64> {
-        self.bench.next_event().map(|at| at.max(self.bench.now().saturating_add(SLICE_US)))
+        self.rig.next_event().map(|at| at.max(self.rig.now().saturating_add(SLICE_US)))
     }
 
     fn give_up_lag(&mut self, wall: Instant) {
         let Some(latest) = wall.checked_sub(MAX_LAG) else { return };
-        if self.bench.now() < self.pace.virtual_at(latest) {
-            self.pace.restart(latest, self.bench.now());
+        if self.rig.now() < self.pace.virtual_at(latest) {
+            self.pace.restart(latest, self.rig.now());
         }
     }
 }
@@ -350,14 +471,21 @@ mod tests {
     use gradus_tmcl::catalogue::TMCM_3351;
 
     use super::*;
-    use crate::Machine;
     use crate::eeprom::tests::broken;
+    use crate::{Bench, Machine};
 
     #[test]
-    fn too_many_endpoints_are_refused_before_any_is_opened() {
-        let endpoints = vec![Endpoint::Tcp("127.0.0.1:0".parse().unwrap()); MAX_ENDPOINTS + 1];
-        let error = Server::open(Bench::with_defaults(&TMCM_3351), &endpoints, Options::default()).unwrap_err();
-        assert_eq!(error.to_string(), "a server has 100 endpoints at most");
+    fn endpoint_of_another_kind_of_bus_is_refused() {
+        let endpoint = Endpoint::SlcanPty(None);
+        let error = Server::open(Bench::with_defaults(&TMCM_3351), &[endpoint], Options::default()).unwrap_err();
+        assert_eq!(error.to_string(), "slcan does not fit the bus usb; a serial line has the endpoints pty and tcp");
+    }
+
+    #[test]
+    fn tokens_name_their_source() {
+        for source in [Source::Stop, Source::Console, Source::Listener(7), Source::Visitors(0), Source::Line(19_999)] {
+            assert_eq!(Source::of(source.token()), source);
+        }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
 use rustix::io::Errno;
 
-use crate::{Bench, console};
+use crate::{Rig, rig_console};
 
 /// A longer line is no command.
 const MAX_LINE: usize = 4096;
@@ -35,37 +35,37 @@ impl Console {
     }
 
     /// Executes what has come; false at the end of the input, and when the terminal has gone to another program.
-    pub(crate) fn receive(&mut self, bench: &mut Bench) -> bool {
+    pub(crate) fn receive(&mut self, rig: &mut Rig) -> bool {
         if in_background(&self.input) {
             return false;
         }
         let mut buffer = [0; MAX_LINE];
         match rustix::io::read(&self.input, &mut buffer) {
             Ok(0) => {
-                self.execute_pending(bench);
+                self.execute_pending(rig);
                 false
             }
             Ok(len) => {
-                self.split(&buffer[..len], bench);
+                self.split(&buffer[..len], rig);
                 true
             }
             Err(error) => matches!(error, Errno::AGAIN | Errno::INTR),
         }
     }
 
-    fn split(&mut self, bytes: &[u8], bench: &mut Bench) {
+    fn split(&mut self, bytes: &[u8], rig: &mut Rig) {
         for part in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.pending.extend_from_slice(part);
             if part.ends_with(b"\n") || self.pending.len() > MAX_LINE {
-                self.execute_pending(bench);
+                self.execute_pending(rig);
             }
         }
     }
 
     /// What cannot be printed cannot be helped.
-    fn execute_pending(&mut self, bench: &mut Bench) {
+    fn execute_pending(&mut self, rig: &mut Rig) {
         let line = std::mem::take(&mut self.pending);
-        let (text, writer) = match console::execute(&String::from_utf8_lossy(&line), bench) {
+        let (text, writer) = match rig_console::execute(&String::from_utf8_lossy(&line), rig) {
             Ok(answer) => (answer, &mut self.answers),
             Err(message) => (format!("{message}\n"), &mut self.messages),
         };

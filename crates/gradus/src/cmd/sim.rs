@@ -1,13 +1,13 @@
 //! `gradus sim`
 
 use std::io::Write;
-use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
 use gradus_host::VIRTUAL_MODULES;
 use gradus_sim::{
-    Bench, BenchFile, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options, ServeError, Server,
-    Speed,
+    Bench, BenchFile, BusChange, BusKind, Can, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options,
+    Profile, Rig, ServeError, Server, Speed,
 };
 use gradus_tmcl::catalogue::Module;
 
@@ -18,8 +18,8 @@ const DEFAULT_TCP_PORT: u16 = 4322;
 
 /// Offer a virtual module to other programs
 ///
-/// Without --pty and --tcp it opens a pseudo-terminal and tcp 127.0.0.1:4322. Prints one line an endpoint, `pty PATH` or
-/// `tcp ADDR:PORT`, then `ready`, and serves until it gets SIGINT (Ctrl-C), SIGTERM or SIGHUP (terminal closed). Lines on the standard input work the
+/// Without any endpoint it opens a pseudo-terminal and tcp 127.0.0.1:4322. Prints one line an endpoint, `pty PATH`,
+/// `tcp ADDR:PORT` and so on, then `ready`, and serves until it gets SIGINT (Ctrl-C), SIGTERM or SIGHUP (terminal closed). Lines on the standard input work the
 /// machine by hand.
 ///
 /// A bench file gives the module a machine with travel, switches and encoders, and says what happens to it later.
@@ -38,6 +38,8 @@ Examples:
   gradus sim                                     a pty and TCP port 4322
   gradus sim --pty ./tmcm --eeprom tmcm.eeprom   settings survive the simulator
   gradus sim --tcp 127.0.0.1:0 --speed 10        a free port, ten times real time
+  gradus sim --slcan ./adapter                   a module on CAN, behind a serial adapter
+  gradus sim --faults noisy-line                 one datagram in a thousand is garbled
   gradus sim --bench stage.toml                  a module with the machine of a bench file")]
 pub struct Sim {
     /// Module
@@ -52,6 +54,21 @@ pub struct Sim {
     /// Listen on a TCP address; port 0 picks a free one
     #[arg(long, value_name = "ADDR", value_parser = address)]
     tcp: Option<SocketAddr>,
+    /// Be a serial CAN adapter (slcan), on a pseudo-terminal that PATH leads to or on a TCP address
+    #[arg(long, value_name = "PATH|ADDR")]
+    slcan: Option<String>,
+    /// Be a socketcand server on a TCP address
+    #[arg(long, value_name = "ADDR", value_parser = address)]
+    socketcand: Option<SocketAddr>,
+    /// Take part in the bus of a CAN interface of this computer
+    #[arg(long, value_name = "INTERFACE")]
+    can: Option<String>,
+    /// What goes wrong on the lines: noisy-line, bad-usb-cable or late-replies
+    #[arg(long, value_name = "PROFILE")]
+    faults: Option<Profile>,
+    /// Seed of the dice for --faults: the same seed is the same faults
+    #[arg(long, value_name = "NUMBER", default_value_t = 1)]
+    seed: u64,
     /// File that keeps the EEPROM; created if it does not exist
     #[arg(long, value_name = "FILE")]
     eeprom: Option<PathBuf>,
@@ -65,9 +82,12 @@ pub struct Sim {
 
 impl Sim {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let bench = self.build()?;
         let options = Options { speed: self.speed, allow_remote: self.allow_remote };
-        let mut server = Server::open(bench, &self.endpoints(), options).map_err(advise)?;
+        let mut server = Server::open(self.rig()?, &[], options)?;
+        for endpoint in self.endpoints() {
+            let bus = usize::from(endpoint.is_can());
+            server.open_endpoint(bus, &endpoint).map_err(advise)?;
+        }
         server.stop_on_signals()?;
         for endpoint in server.endpoints() {
             writeln!(out, "{endpoint}")?;
@@ -75,6 +95,19 @@ impl Sim {
         writeln!(out, "ready")?;
         out.flush()?;
         Ok(server.run(Console::standard().ok())?)
+    }
+
+    /// The module on its USB port and on a CAN bus.
+    fn rig(&self) -> anyhow::Result<Rig> {
+        let mut rig = Rig::from(self.build()?);
+        let can = rig.add_bus("can", BusKind::Can(Can::DEFAULT));
+        rig.connect(0, can);
+        if let Some(profile) = self.faults {
+            for bus in 0..=can {
+                rig.change(bus, BusChange::Faults(profile, self.seed));
+            }
+        }
+        Ok(rig)
     }
 
     fn build(&self) -> anyhow::Result<Bench> {
@@ -91,8 +124,17 @@ impl Sim {
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
-        let pty = self.pty.clone().map(|link| Endpoint::Pty(Some(link)));
-        let chosen: Vec<Endpoint> = pty.into_iter().chain(self.tcp.map(Endpoint::Tcp)).collect();
+        let slcan = self.slcan.as_ref().map(|place| {
+            gradus_sim::address(place).map_or_else(|| Endpoint::SlcanPty(Some(place.into())), Endpoint::SlcanTcp)
+        });
+        let chosen = [
+            self.pty.clone().map(|link| Endpoint::Pty(Some(link))),
+            self.tcp.map(Endpoint::Tcp),
+            slcan,
+            self.socketcand.map(Endpoint::Socketcand),
+            self.can.clone().map(Endpoint::Can),
+        ];
+        let chosen: Vec<Endpoint> = chosen.into_iter().flatten().collect();
         if chosen.is_empty() {
             return vec![Endpoint::Pty(None), Endpoint::Tcp((Ipv4Addr::LOCALHOST, DEFAULT_TCP_PORT).into())];
         }
@@ -100,10 +142,9 @@ impl Sim {
     }
 }
 
-/// The address of a host by name or number; where a name has several, one that IPv4 clients reach.
+/// An address to listen on.
 fn address(text: &str) -> Result<SocketAddr, String> {
-    let found = text.to_socket_addrs().ok().and_then(|all| all.min_by_key(SocketAddr::is_ipv6));
-    found.ok_or_else(|| {
+    gradus_sim::address(text).ok_or_else(|| {
         "a host of this computer and a port are expected: 127.0.0.1:4322, localhost:0, [::1]:4322".into()
     })
 }
