@@ -4,7 +4,7 @@ use std::fmt::{self, Write};
 
 use gradus_host::normalise;
 use gradus_tmcl::catalogue::{
-    AxisParameter, COMMANDS, Choice, Command, Direction, GlobalParameter, Interrupt, Mode, Module, Port, Values,
+    Access, AxisParameter, COMMANDS, Choice, Command, Direction, GlobalParameter, Interrupt, Mode, Module, Port, Values,
 };
 
 /// The page in Markdown.
@@ -38,8 +38,8 @@ pub fn page(module: &Module) -> Result<String, fmt::Error> {
     Ok(page)
 }
 
-const AXIS: [&str; 7] = ["AP", "name", "range", "unit", "default", "access", "meaning"];
-const GLOBAL: [&str; 7] = ["bank", "GP", "name", "range", "default", "access", "meaning"];
+const AXIS: [&str; 4] = ["AP", "name", "meaning", "range, default, access"];
+const GLOBAL: [&str; 4] = ["bank, GP", "name", "meaning", "range, default, access"];
 
 /// A heading with a table under it; nothing where there are no rows.
 fn table<const N: usize>(
@@ -59,33 +59,22 @@ fn table<const N: usize>(
     Ok(())
 }
 
-fn axis(row: &AxisParameter) -> [String; 7] {
+fn axis(row: &AxisParameter) -> [String; 4] {
     let name = format!("`{}`<br>`{}`", normalise(row.name), row.symbol);
-    let meaning = meaning(row.description, row.values);
-    [
-        row.number.to_string(),
-        name,
-        range(row.min, row.max),
-        row.unit.text().into(),
-        default(row.default),
-        row.access.text().into(),
-        meaning,
-    ]
+    let facts = facts(&range(row.min, row.max), row.unit.text(), row.default, row.access);
+    [row.number.to_string(), name, meaning(row.description, row.values), facts]
 }
 
-fn global(row: &GlobalParameter) -> [String; 7] {
-    let number = if row.first == row.last { row.first.to_string() } else { format!("{} to {}", row.first, row.last) };
+fn global(row: &GlobalParameter) -> [String; 4] {
+    let numbers = if row.first == row.last { row.first.to_string() } else { range(row.first.into(), row.last.into()) };
+    let facts = facts(&range(row.min, row.max), "", row.default, row.access);
     let name = format!("`{}`", normalise(row.name));
-    let meaning = meaning(row.description, row.values);
-    [
-        row.bank.to_string(),
-        number,
-        name,
-        range(row.min, row.max),
-        default(row.default),
-        row.access.text().into(),
-        meaning,
-    ]
+    [format!("{}, {numbers}", row.bank), name, meaning(row.description, row.values), facts]
+}
+
+fn facts(range: &str, unit: &str, default: Option<i64>, access: Access) -> String {
+    let default = default.map(|value| format!("default {value}<br>")).unwrap_or_default();
+    format!("{range} {unit}<br>{default}{}", access.text()).replace(" <", "<")
 }
 
 fn port(row: &Port) -> [String; 5] {
@@ -111,10 +100,6 @@ fn command(row: &Command, mode: Mode) -> Option<[String; 4]> {
 
 fn range(min: i64, max: i64) -> String {
     format!("{min} to {max}")
-}
-
-fn default(value: Option<i64>) -> String {
-    value.map_or_else(String::new, |value| value.to_string())
 }
 
 /// The description, and what the values mean.

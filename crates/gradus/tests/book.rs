@@ -41,8 +41,21 @@ fn renew_or_compare(file: &Path, made: &[u8]) {
 }
 
 #[test]
+fn every_command_is_in_the_book() {
+    let all = whole_book();
+    let help = Command::new(env!("CARGO_BIN_EXE_gradus")).arg("--help").output().unwrap().stdout;
+    let help = String::from_utf8(help).unwrap();
+    let commands = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let commands: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.len() > 5, "{commands:?}");
+    for command in commands {
+        assert!(all.contains(&format!("gradus {command}")), "no page speaks of `gradus {command}`");
+    }
+}
+
+#[test]
 fn every_picture_is_shown() {
-    let all: String = pages().map(|page| fs::read_to_string(page).unwrap()).collect();
+    let all = whole_book();
     for picture in files(&source().join("pictures"), "svg") {
         let link = format!("(pictures/{})", picture.file_name().unwrap().to_str().unwrap());
         assert!(all.contains(&link), "no page shows {}", picture.display());
@@ -85,6 +98,10 @@ fn links_pictures_and_included_files_exist() {
 
 fn source() -> PathBuf {
     Path::new(ROOT).join("docs/src")
+}
+
+fn whole_book() -> String {
+    pages().map(|page| fs::read_to_string(page).unwrap()).collect()
 }
 
 fn pages() -> impl Iterator<Item = PathBuf> {
