@@ -19,6 +19,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod can;
+mod config;
 mod error;
 mod line;
 mod link;
@@ -36,6 +37,7 @@ mod tcp;
 mod url;
 mod verdict;
 
+pub use config::{Config, ConfigError, ConfigFileError, Difference, Setting, settings};
 pub use error::Error;
 pub use gradus_sim::VIRTUAL_MODULES;
 pub use line::{Line, PositionReached};

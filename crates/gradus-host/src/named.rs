@@ -55,6 +55,22 @@ impl Named {
         }
     }
 
+    /// Its value after a restore of factory settings; `None` for values of run time.
+    pub fn default(&self) -> Option<i64> {
+        match self {
+            Self::Axis(row) => row.default,
+            Self::Global { row, .. } => row.default,
+        }
+    }
+
+    /// True if it may be written with what a datagram carries.
+    pub fn accepts(&self, value: i32) -> bool {
+        match self {
+            Self::Axis(row) => row.accepts(value),
+            Self::Global { row, .. } => row.accepts(value),
+        }
+    }
+
     /// What its values mean.
     pub fn values(&self) -> Values {
         match self {

@@ -101,6 +101,11 @@ pub fn find_global(module: &'static Module, bank: u8, text: &str) -> Result<Name
     named.ok_or_else(|| no_number(module, format!("global parameter {text} in bank {bank}")))
 }
 
+/// Finds a global parameter of any bank by name.
+pub(crate) fn find_among_globals(module: &'static Module, text: &str) -> Result<Named, NameError> {
+    by_name(module, text, global_parameters(module).collect())
+}
+
 /// Every axis parameter of a module.
 pub fn axis_parameters(module: &'static Module) -> impl Iterator<Item = Named> {
     module.axis_parameters.iter().map(Named::Axis)

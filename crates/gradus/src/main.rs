@@ -12,6 +12,7 @@ mod parameter;
 mod plot;
 mod port;
 mod program;
+mod progress;
 mod recording;
 mod reference;
 mod signal;

@@ -2,6 +2,7 @@
 
 mod asm;
 mod completions;
+mod config;
 mod direct;
 mod disasm;
 mod get;
@@ -27,6 +28,7 @@ pub enum Command {
     Get(get::Get),
     Set(set::Set),
     Params(params::Params),
+    Config(config::Configure),
     Stats(stats::Stats),
     Completions(completions::Completions),
     Man(man::Man),
@@ -48,6 +50,7 @@ impl Command {
             Self::Get(get) => get.run(out),
             Self::Set(set) => set.run(out),
             Self::Params(params) => params.run(out),
+            Self::Config(config) => config.run(out),
             Self::Stats(stats) => stats.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),

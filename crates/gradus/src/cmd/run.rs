@@ -12,12 +12,12 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use gradus_host::{Session, State};
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::{MODULES, Module};
-use indicatif::{ProgressBar, ProgressStyle};
 use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::output::{Output, plot_file, record_file};
 use crate::port::{self, Port};
 use crate::program::{Program, Surroundings};
+use crate::progress::progress;
 use crate::recording::{Probe, Recording, Sample};
 use crate::signal::Channel;
 use crate::view::View;
@@ -158,13 +158,6 @@ fn load(session: &mut Session, commands: &[Instruction]) -> Result<(), gradus_ho
     session.download(commands, |count| bar.set_position(count as u64))?;
     let bar = progress("verify", commands.len());
     session.verify(commands, |count| bar.set_position(count as u64))
-}
-
-/// A bar on the standard error output, which vanishes when it is dropped; nothing where that is no terminal.
-fn progress(what: &'static str, len: usize) -> ProgressBar {
-    let style =
-        ProgressStyle::with_template("{msg} {bar:40} {pos}/{len}").unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(len as u64).with_style(style).with_message(what).with_finish(indicatif::ProgressFinish::AndClear)
 }
 
 /// Looks at a running program.
