@@ -55,6 +55,10 @@ impl StepperStage for Axis {
         black_box((phase, current));
     }
 
+    fn set_scale(&mut self, scale: u8) {
+        black_box(scale);
+    }
+
     fn driver(&mut self) -> DriverState {
         DriverState::default()
     }

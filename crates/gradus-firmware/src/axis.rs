@@ -92,6 +92,7 @@ impl Axis {
         self.arm_encoder(port);
         self.set_encoder_position(0, port);
         self.rest_speeds(now, port);
+        port.set_scale(255);
         self.set_power(powered, port);
     }
 }
@@ -400,8 +401,6 @@ impl Axis {
         let derived = &self.derived;
         if !self.powered {
             0
-        } else if let Some(scale) = self.loop_scale() {
-            ((u32::from(derived.run_current) * u32::from(scale) + 127) / 255) as u8
         } else if self.standby_at_us.is_none() {
             derived.standby_current
         } else if derived.boost_current != 0 && self.ramp.acceleration_pps2() != 0 {

@@ -15,7 +15,7 @@
 //!   encoder.
 //! - Writing 112 corrects the load angle, as current and limits see it, by the difference to what was measured: a load may have
 //!   turned the rotor while it was.
-//! - Current is that of axis parameter 6 times the scale (123); there is no standby current.
+//! - The current is that of axis parameter 6, and the coil vector is scaled by 123; there is no standby current.
 //! - A stop switch, a virtual stop, a deviation or ENABLE low end torque mode. ENABLE low ends a start-up as well; a running
 //!   loop holds the motor where it is when ENABLE comes back.
 //! - Torque mode is in the closed loop only (129 = 1); 115 to 119 limit its speed. Its torque is the current scale of 50.
@@ -29,7 +29,7 @@ use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::Ap;
 
 use crate::axis::Axis;
-use crate::ports::AxisInputs;
+use crate::ports::{AxisInputs, StepperStage};
 use crate::settings::Settings;
 
 /// Values of axis parameter 129.
@@ -158,7 +158,11 @@ impl Axis {
     ///
     /// # Errors
     /// [`Status::NOT_AVAILABLE`] if the loop cannot work.
-    pub(crate) fn set_closed_loop<A: AxisInputs>(&mut self, mode: i32, port: &mut A) -> Result<(), Status> {
+    pub(crate) fn set_closed_loop<A: StepperStage + AxisInputs>(
+        &mut self,
+        mode: i32,
+        port: &mut A,
+    ) -> Result<(), Status> {
         if mode == self.settings.get(Ap::ClosedLoop) {
             return Ok(());
         }
@@ -170,6 +174,7 @@ impl Axis {
             return Err(Status::NOT_AVAILABLE);
         }
         self.open_loop();
+        port.set_scale(255);
         self.rotate(0)?;
         if mode != 0 {
             self.close_loop(mode, port);
@@ -316,11 +321,11 @@ impl Axis {
 // Time.
 impl Axis {
     /// A tick of the loop: gives back by how many microsteps the field turns, when the ramp has moved by `moved`.
-    pub(crate) fn tick_loop<A: AxisInputs>(&mut self, moved: i32, port: &mut A) -> i32 {
+    pub(crate) fn tick_loop<A: StepperStage + AxisInputs>(&mut self, moved: i32, port: &mut A) -> i32 {
         let raw = port.encoder();
         let Some(closed) = &mut self.closed else { return moved };
         match closed.stage {
-            Stage::Regulating => self.regulate(raw),
+            Stage::Regulating => self.regulate(raw, port),
             Stage::Correcting { with_ramp } => {
                 closed.error = self.ramp.position().wrapping_sub(self.encoder.position(raw));
                 let correction = closed.state.correction(&closed.gains, closed.error);
@@ -330,13 +335,14 @@ impl Axis {
         }
     }
 
-    fn regulate(&mut self, raw: i32) -> i32 {
+    fn regulate<A: StepperStage>(&mut self, raw: i32, port: &mut A) -> i32 {
         let Some(closed) = &mut self.closed else { return 0 };
         if !self.powered {
             closed.torque = Some(0); // the ramp goes along with the shaft until ENABLE comes back
         }
         let before = self.ramp.position();
         let field = closed.regulate(&mut self.ramp, self.encoder.position(raw).wrapping_sub(closed.offset));
+        port.set_scale(closed.state.scale());
         if closed.torque.is_some() {
             self.travel = self.travel.wrapping_add(self.ramp.position().wrapping_sub(before));
         }

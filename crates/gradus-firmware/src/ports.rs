@@ -29,6 +29,9 @@ pub trait StepperStage {
     /// moving axis, and when the current changes.
     fn set_coils(&mut self, phase: i32, current: u8);
 
+    /// Scales the coil vector beside its current, 255 is 1: 255 but in closed loop, where it may change in every tick.
+    fn set_scale(&mut self, scale: u8);
+
     /// What the driver chip reports now.
     fn driver(&mut self) -> DriverState;
 }

@@ -146,6 +146,14 @@ impl StepperAxis {
         }
     }
 
+    /// Scales the coil vector, 255 is 1.
+    #[inline]
+    pub fn set_scale(&mut self, scale: u8) {
+        if self.driver.set_scale(scale) {
+            self.wake();
+        }
+    }
+
     /// A rigid rotor goes where its coils point, if they do.
     fn follow(&mut self) {
         let Rotor::Rigid { rotor, .. } = &mut self.rotor else { return };

@@ -2,6 +2,7 @@
 //!
 //! A model after the data sheets of TMC2660 and TMC5160; what they do not state is chosen here:
 //! - A current of 0 is none. Any other sets one of 32 steps, `current / 8`: (step + 1)/32 of full scale.
+//! - The scale of the coil vector, which a closed loop changes, is exact.
 //! - StallGuard2 measures over a full step of the coil vector. `s = min(1, 1.6 E/V)` is the share of its range that the
 //!   back-EMF `E` of that speed at supply `V` opens up; the reading is `1000 s (1 - |sin d|) m + 25 (threshold - 20 s)`, between
 //!   0 and 1023, with the mean load angle `d` (beyond 90 degrees: 0) and the share `m` of the full step that the rotor
@@ -128,6 +129,8 @@ pub(crate) struct Driver {
     /// Temperature that something else than the board gives it.
     pub(crate) heated_c: Option<f64>,
     current: u8,
+    /// What the coil vector is scaled by.
+    scale: f64,
     pub(crate) state: DriverState,
     gauge: Gauge,
     high_readings: u8,
@@ -142,6 +145,7 @@ impl Driver {
             faults: [CoilFault::None; 2],
             heated_c: None,
             current: 0,
+            scale: 1.0,
             state: DriverState::default(),
             gauge: Gauge::default(),
             high_readings: 0,
@@ -163,6 +167,13 @@ impl Driver {
         true
     }
 
+    /// Sets the scale of the coil vector, 255 is 1; true if it is another one.
+    #[inline]
+    pub(crate) fn set_scale(&mut self, scale: u8) -> bool {
+        let before = core::mem::replace(&mut self.scale, f64::from(scale) / 255.0);
+        self.scale != before
+    }
+
     pub(crate) fn temperature_c(&self, board_c: f64) -> f64 {
         self.heated_c.unwrap_or(board_c)
     }
@@ -182,7 +193,7 @@ impl Driver {
         self.state.stealth = stealth.is_some();
         match stealth {
             Some(stealth) if !stealth.autoscale => self.unregulated(stealth, speed, volts),
-            _ => Drive::Current(self.full_scale_a * f64::from(self.current_step(speed) + 1) / 32.0),
+            _ => Drive::Current(self.full_scale_a * self.scale * f64::from(self.current_step(speed) + 1) / 32.0),
         }
     }
 

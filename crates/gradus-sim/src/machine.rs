@@ -18,6 +18,11 @@ impl StepperStage for MachineAxis {
         self.plant.set_coils(phase, current);
     }
 
+    #[inline]
+    fn set_scale(&mut self, scale: u8) {
+        self.plant.set_scale(scale);
+    }
+
     fn driver(&mut self) -> DriverState {
         let state = self.plant.driver();
         let flags = [

@@ -1,49 +1,32 @@
 //! A module with its encoder on the simulated machine.
 
+mod host;
+
 use gradus_plant::Encoder;
-use gradus_sim::{Bench, Link, LinkKind};
+use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
-use gradus_tmcl::{Instruction, Reply, Request, Status};
+
+use host::Host;
 
 const SECOND_US: u64 = 1_000_000;
 
-/// A bench with a host.
-struct Host {
-    bench: Bench,
-    link: Link,
+/// A host of a bench with this encoder on axis 0, on which the commands have been executed.
+fn host(encoder: Encoder, commands: &str) -> Host {
+    let mut bench = Bench::rigid(&TMCM_3351);
+    bench.machine().axes[0].plant.encoder = Some(encoder);
+    let mut host = Host::new(bench);
+    host.tell(commands);
+    host
 }
 
-impl Host {
-    /// A bench with this encoder on axis 0, on which the commands have been executed.
-    fn with(encoder: Encoder, commands: &[&str]) -> Self {
-        let mut bench = Bench::rigid(&TMCM_3351);
-        bench.machine().axes[0].plant.encoder = Some(encoder);
-        let link = bench.attach(LinkKind::Usb, 0);
-        let mut host = Self { bench, link };
-        commands.iter().for_each(|command| host.tell(command));
-        host
-    }
-
-    fn tell(&mut self, command: &str) {
-        let instruction = Instruction::parse(command, &TMCM_3351).unwrap();
-        self.bench.send(&mut self.link, &Request { address: 1, instruction }.emit());
-        let reply = Reply::parse(&self.bench.take(&mut self.link).unwrap()).unwrap();
-        assert_eq!(reply.status, Status::OK, "{command}");
-    }
-
-    fn get(&mut self, id: Ap) -> i32 {
-        self.bench.axis_parameter(0, id).unwrap()
-    }
-}
-
-const FAST: [&str; 3] = ["SAP 4, 0, 500000", "SAP 5, 0, 2000000", "SAP 17, 0, 2000000"];
+const FAST: &str = "SAP 4, 0, 500000; SAP 5, 0, 2000000; SAP 17, 0, 2000000";
 
 #[test]
 fn index_is_found_at_any_speed() {
     // Count 1000 of 4096 begins at 12 500 microsteps; at 500 000 pps a tick goes over four counts.
     let encoder = Encoder { index: Some(1_000), ..Encoder::default() };
     for speed in ["SAP 4, 0, 10000", "SAP 4, 0, 500000"] {
-        let mut host = Host::with(encoder, &FAST);
+        let mut host = host(encoder, FAST);
         host.tell(speed);
         host.tell("SAP 201, 0, 28");
         host.tell("MVP ABS, 0, 50000");
@@ -56,7 +39,7 @@ fn index_is_found_at_any_speed() {
 
 #[test]
 fn encoder_that_is_cleared_at_the_index_shows_the_place_in_the_turn() {
-    let mut host = Host::with(Encoder::default(), &FAST);
+    let mut host = host(Encoder::default(), FAST);
     host.tell("SAP 201, 0, 284");
     host.tell("MVP ABS, 0, 512500");
     host.bench.run_for(10 * SECOND_US);
@@ -67,7 +50,7 @@ fn encoder_that_is_cleared_at_the_index_shows_the_place_in_the_turn() {
 #[test]
 fn wrong_resolution_stops_the_motor_where_the_deviation_is_too_great() {
     // 4096 counts a turn taken for 4000: the encoder is 2.4 % ahead, 1000 microsteps after 41 667.
-    let mut host = Host::with(Encoder::default(), &FAST);
+    let mut host = host(Encoder::default(), FAST);
     host.tell("SAP 210, 0, 4000");
     host.tell("SAP 212, 0, 1000");
     host.tell("MVP ABS, 0, 512000");
@@ -81,7 +64,7 @@ fn wrong_resolution_stops_the_motor_where_the_deviation_is_too_great() {
 #[test]
 fn slipping_coupling_stops_the_motor() {
     for (settings, slip, limit_ms) in [("SAP 212, 0, 1000", 2_000, 1), ("SAP 213, 0, 30000", 100, 20)] {
-        let mut host = Host::with(Encoder::default(), &FAST);
+        let mut host = host(Encoder::default(), FAST);
         host.tell(settings);
         host.tell("ROR 0, 51200");
         host.bench.run_for(SECOND_US);
@@ -100,7 +83,7 @@ fn slipping_coupling_stops_the_motor() {
 
 #[test]
 fn measured_speed_is_that_of_the_shaft() {
-    let mut host = Host::with(Encoder { counts_per_turn: 40_000, ..Encoder::default() }, &FAST);
+    let mut host = host(Encoder { counts_per_turn: 40_000, ..Encoder::default() }, FAST);
     host.tell("SAP 210, 0, 40000");
     host.tell("ROR 0, -300000");
     host.bench.run_for(SECOND_US);

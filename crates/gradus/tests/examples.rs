@@ -206,7 +206,6 @@ fn examples_do_what_they_say() {
                 Turns(6_000.0, "GAP 0, 0", 51_200, 0),
             ],
         ),
-        // Every setting is accepted. It waits for ever: closed loop itself is not simulated, AP 133 stays 0.
         (
             "closed-loop",
             0,
@@ -223,6 +222,9 @@ fn examples_do_what_they_say() {
                 Reads(100.0, "GAP 133, 0", 0),
                 Reads(100.0, RUNS, 1),
                 Reads(100.0, "GAP 4, 0", 51_200),
+                Reads(2_100.0, "GAP 133, 0", 1),
+                Reads(2_100.0, RUNS, 0),
+                Reads(2_100.0, "GAP 4, 0", 600_000),
             ],
         ),
         ("compare", 0, ENDS_AT_3),

@@ -22,13 +22,13 @@ const FRICTION: f64 = 9.0;
 const DRY_FRICTION: f64 = 0.03;
 
 impl Rotor {
-    /// A control tick of 100 us with this coil vector.
-    pub fn turn(&mut self, phase: i32, current: u8) {
+    /// A control tick of 100 us with this coil vector; a current of 1 gives the holding torque.
+    pub fn turn(&mut self, phase: i32, current: f64) {
         const STEPS: u32 = 4;
         let dt = 100e-6 / f64::from(STEPS);
         for _ in 0..STEPS {
             let angle = (f64::from(phase) - self.position) * std::f64::consts::PI / 512.0;
-            self.torque = f64::from(current) / 255.0 * angle.sin();
+            self.torque = current * angle.sin();
             self.speed += ((self.torque - self.load) * STRENGTH - self.speed * FRICTION) * dt;
             // Dry friction slows down, and does not turn round.
             self.speed -= self.speed.clamp(-DRY_FRICTION * STRENGTH * dt, DRY_FRICTION * STRENGTH * dt);

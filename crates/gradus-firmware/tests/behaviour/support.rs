@@ -17,6 +17,7 @@ use crate::rotor::Rotor;
 pub struct Stage {
     pub phase: i32,
     pub current: u8,
+    pub scale: u8,
     /// Every coil vector, oldest first, while `recording`.
     pub vectors: Vec<(i32, u8)>,
     pub recording: bool,
@@ -40,12 +41,16 @@ impl StepperStage for Stage {
             self.encoder = (i64::from(phase) * 4_096 / 51_200) as i32;
         }
         if let Some(rotor) = &mut self.rotor {
-            rotor.turn(phase, current);
+            rotor.turn(phase, f64::from(current) / 255.0 * f64::from(self.scale) / 255.0);
             self.encoder = rotor.count();
         }
         if self.recording {
             self.vectors.push((phase, current));
         }
+    }
+
+    fn set_scale(&mut self, scale: u8) {
+        self.scale = scale;
     }
 
     fn driver(&mut self) -> DriverState {

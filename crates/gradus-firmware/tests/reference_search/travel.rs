@@ -86,6 +86,8 @@ impl StepperStage for Slide {
         self.moving.phase = phase;
     }
 
+    fn set_scale(&mut self, _scale: u8) {}
+
     fn driver(&mut self) -> DriverState {
         let blocked = !self.free.contains(&self.position());
         DriverState { load: 0, flags: if blocked { DriverState::STALL } else { 0 } }
