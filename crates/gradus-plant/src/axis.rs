@@ -361,6 +361,14 @@ impl StepperAxis {
         }
     }
 
+    /// Lets the coupling of the encoder slip: the shaft gets so many degrees further ahead of it.
+    pub fn slip_encoder(&mut self, degrees: f64) {
+        let slip = self.microsteps(degrees / 360.0);
+        if let Some(encoder) = &mut self.encoder {
+            encoder.slip += slip;
+        }
+    }
+
     /// True while the line of the encoder is cut.
     pub fn is_encoder_cut(&self) -> bool {
         self.line.cut_at.is_some()

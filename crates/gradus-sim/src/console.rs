@@ -4,7 +4,7 @@
 
 use std::fmt::{self, Write as _};
 
-use gradus_plant::{Surroundings, Switch};
+use gradus_plant::{Coil, CoilFault, Mechanics, Readings, StepperAxis, Surroundings, Switch};
 use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::{Bench, MachineIo};
@@ -21,6 +21,19 @@ pub enum ConsoleError {
     Count { usage: String },
     #[error("`{found}` is no {operand}; usage: {usage}")]
     Operand { found: String, operand: String, usage: String },
+}
+
+impl ConsoleError {
+    /// The more telling of two: of the forms of a command, the one that fits in its number of operands.
+    fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Count { usage }, Self::Count { usage: other }) => {
+                Self::Count { usage: format!("{usage}, or {other}") }
+            }
+            (Self::Unknown(_) | Self::Count { .. }, other) => other,
+            (this, _) => this,
+        }
+    }
 }
 
 /// Executes a line and gives back what there is to say, which may be nothing. The module sees the change at once.
@@ -43,8 +56,8 @@ pub fn execute(line: &str, bench: &mut Bench) -> Result<String, ConsoleError> {
 /// A line that changes the machine, checked beforehand.
 #[derive(Clone, Debug)]
 pub struct Change {
-    change: fn(&mut Bench, &[usize]),
-    operands: Vec<usize>,
+    change: fn(&mut Bench, &[f64]),
+    operands: Vec<f64>,
 }
 
 impl Change {
@@ -66,21 +79,28 @@ impl Change {
 }
 
 /// What a line means; nothing if it is empty.
-fn understand(line: &str, catalogue: &Module) -> Result<Option<(Action, Vec<usize>)>, ConsoleError> {
+fn understand(line: &str, catalogue: &Module) -> Result<Option<(Action, Vec<f64>)>, ConsoleError> {
     let mut words = line.split_whitespace();
     let Some(name) = words.next() else {
         return Ok(None);
     };
-    let command = COMMANDS.iter().find(|command| command.name == name);
-    let command = command.ok_or_else(|| ConsoleError::Unknown(name.to_owned()))?;
-    let operands = command.operands(&words.collect::<Vec<_>>(), catalogue)?;
-    Ok(Some((command.action, operands)))
+    let words: Vec<&str> = words.collect();
+    let mut problem = ConsoleError::Unknown(name.to_owned());
+    for command in COMMANDS.iter().filter(|command| command.name == name) {
+        match command.operands(&words, catalogue) {
+            Ok(operands) => return Ok(Some((command.action, operands))),
+            Err(error) => problem = problem.or(error),
+        }
+    }
+    Err(problem)
 }
 
 /// What stands behind the name of a command.
 enum Operand {
-    /// A number from 0 up to one below the limit.
+    /// A whole number from 0 up to one below the limit.
     Number { name: &'static str, limit: usize },
+    /// Any number of a range.
+    Real { name: &'static str, min: f64, max: f64 },
     /// The number of an axis of the module.
     Axis,
     /// One of these words; its value is its index.
@@ -88,13 +108,15 @@ enum Operand {
 }
 
 impl Operand {
-    fn value(&self, text: &str, catalogue: &Module) -> Option<usize> {
+    fn value(&self, text: &str, catalogue: &Module) -> Option<f64> {
         let below = |limit| text.parse().ok().filter(|number: &usize| *number < limit);
-        match self {
+        let index = match self {
+            Self::Real { min, max, .. } => return text.parse().ok().filter(|number| (*min..=*max).contains(number)),
             Self::Number { limit, .. } => below(*limit),
             Self::Axis => below(catalogue.axes.into()),
             Self::Word(words) => words.iter().position(|word| *word == text),
-        }
+        };
+        index.map(|index| index as f64)
     }
 }
 
@@ -102,6 +124,7 @@ impl fmt::Display for Operand {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self {
             Self::Number { name, limit } => write!(f, "{name}(0-{})", limit - 1),
+            Self::Real { name, min, max } => write!(f, "{name}({min}..{max})"),
             Self::Axis => f.write_str("AXIS"),
             Self::Word(words) => f.write_str(&words.join("|")),
         }
@@ -118,13 +141,13 @@ struct Command {
 #[derive(Clone, Copy)]
 enum Action {
     /// Changes the machine.
-    Do(fn(&mut Bench, &[usize])),
+    Do(fn(&mut Bench, &[f64])),
     /// Says something.
     Tell(fn(&mut Bench) -> String),
 }
 
 impl Command {
-    fn operands(&self, words: &[&str], catalogue: &Module) -> Result<Vec<usize>, ConsoleError> {
+    fn operands(&self, words: &[&str], catalogue: &Module) -> Result<Vec<f64>, ConsoleError> {
         if words.len() != self.operands.len() {
             return Err(ConsoleError::Count { usage: self.usage() });
         }
@@ -144,52 +167,136 @@ impl Command {
 }
 
 const LEVEL: Operand = Operand::Word(&["0", "1"]);
+const SWITCH: Operand = Operand::Word(&["left", "right", "home"]);
 
 /// Names of [`MachineIo::ANALOG_PINS`].
 const ANALOG_PIN: Operand = Operand::Word(&["0", "1", "2", "3", "6", "7"]);
 
+const TEMPERATURE: Operand = Operand::Real { name: "DEGC", min: -55.0, max: 200.0 };
+
+/// A command that changes the machine.
+const fn change(
+    name: &'static str,
+    operands: &'static [Operand],
+    help: &'static str,
+    action: fn(&mut Bench, &[f64]),
+) -> Command {
+    Command { name, operands, help, action: Action::Do(action) }
+}
+
+/// A command has a row for each form of its operands.
 const COMMANDS: &[Command] = &[
-    Command {
-        name: "in",
-        operands: &[Operand::Number { name: "PORT", limit: 8 }, LEVEL],
-        help: "level of a digital input",
-        action: Action::Do(|bench, value| bench.machine().io.set_input(value[0] as u8, value[1] == 1)),
-    },
-    Command {
-        name: "analog",
-        operands: &[ANALOG_PIN, Operand::Number { name: "VALUE", limit: 1024 }],
-        help: "ADC value of an analogue input, in the range that the module has selected",
-        action: Action::Do(|bench, value| {
-            bench.machine().io.set_analog(MachineIo::ANALOG_PINS[value[0]], value[1] as i32);
-        }),
-    },
-    Command {
-        name: "enable",
-        operands: &[LEVEL],
-        help: "level of the ENABLE input",
-        action: Action::Do(|bench, value| bench.machine().io.set_enable(value[0] == 1)),
-    },
-    Command {
-        name: "switch",
-        operands: &[Operand::Axis, Operand::Word(&["left", "right", "home"]), Operand::Word(&["0", "1", "auto"])],
-        help: "level of a switch input; auto gives it back to the travel",
-        action: Action::Do(|bench, value| {
-            let closed = [Some(false), Some(true), None][value[2]];
-            bench.machine().axes[value[0]].plant.force_switch(Switch::ALL[value[1]], closed);
-        }),
-    },
-    Command {
-        name: "power",
-        operands: &[Operand::Word(&["off", "on"])],
-        help: "supply of the module",
-        action: Action::Do(|bench, value| if value[0] == 1 { bench.power_on() } else { bench.power_off() }),
-    },
+    change("in", &[Operand::Number { name: "PORT", limit: 8 }, LEVEL], "level of a digital input", |bench, value| {
+        bench.machine().io.set_input(value[0] as u8, value[1] == 1.0);
+    }),
+    change(
+        "analog",
+        &[ANALOG_PIN, Operand::Number { name: "VALUE", limit: 1024 }],
+        "ADC value of an analogue input, in the range that the module has selected",
+        |bench, value| bench.machine().io.set_analog(MachineIo::ANALOG_PINS[value[0] as usize], value[1] as i32),
+    ),
+    change("enable", &[LEVEL], "level of the ENABLE input", |bench, value| {
+        bench.machine().io.set_enable(value[0] == 1.0);
+    }),
+    change(
+        "switch",
+        &[Operand::Axis, SWITCH, Operand::Word(&["0", "1", "auto"])],
+        "level of a switch input; auto gives it back to the travel",
+        |bench, value| {
+            let closed = [Some(false), Some(true), None][value[2] as usize];
+            plant(bench, value[0]).force_switch(Switch::ALL[value[1] as usize], closed);
+        },
+    ),
+    change(
+        "switch",
+        &[Operand::Axis, SWITCH, Operand::Word(&["stuck"]), LEVEL],
+        "the same: the switch is stuck at a level",
+        |bench, value| plant(bench, value[0]).force_switch(Switch::ALL[value[1] as usize], Some(value[3] == 1.0)),
+    ),
+    change(
+        "load",
+        &[Operand::Axis, Operand::Real { name: "NM", min: -1000.0, max: 1000.0 }],
+        "torque at the shaft against the positive direction, like that of a weight",
+        |bench, value| change_mechanics(bench, value[0], |mechanics| mechanics.load_nm = value[1]),
+    ),
+    change(
+        "friction",
+        &[Operand::Axis, Operand::Real { name: "NM", min: 0.0, max: 1000.0 }],
+        "torque at the shaft that opposes motion",
+        |bench, value| change_mechanics(bench, value[0], |mechanics| mechanics.friction_nm = value[1]),
+    ),
+    change("block", &[Operand::Axis], "something holds the shaft", |bench, value| plant(bench, value[0]).block(true)),
+    change("block", &[Operand::Axis, Operand::Word(&["off"])], "nothing holds the shaft", |bench, value| {
+        plant(bench, value[0]).block(false);
+    }),
+    change("unblock", &[Operand::Axis], "the same", |bench, value| plant(bench, value[0]).block(false)),
+    change(
+        "push",
+        &[Operand::Axis, Operand::Real { name: "DEGREES", min: -36000.0, max: 36000.0 }],
+        "turns the shaft by hand and lets it go",
+        |bench, value| plant(bench, value[0]).push(value[1]),
+    ),
+    change("encoder", &[Operand::Axis, Operand::Word(&["off", "on"])], "line of the encoder", |bench, value| {
+        plant(bench, value[0]).cut_encoder(value[1] == 0.0);
+    }),
+    change(
+        "encoder",
+        &[Operand::Axis, Operand::Word(&["slip"]), Operand::Real { name: "DEGREES", min: -36000.0, max: 36000.0 }],
+        "the coupling of the encoder slips: the shaft gets ahead of it",
+        |bench, value| plant(bench, value[0]).slip_encoder(value[2]),
+    ),
+    change(
+        "coil",
+        &[Operand::Axis, Operand::Word(&["a", "b"]), Operand::Word(&["ok", "open", "short"])],
+        "state of a coil of the motor",
+        |bench, value| {
+            let fault = [CoilFault::None, CoilFault::Open, CoilFault::Short][value[2] as usize];
+            plant(bench, value[0]).set_coil([Coil::A, Coil::B][value[1] as usize], fault);
+        },
+    ),
+    change("temperature", &[Operand::Axis, TEMPERATURE], "temperature of an axis's driver chip", |bench, value| {
+        plant(bench, value[0]).heat(Some(value[1]));
+    }),
+    change(
+        "temperature",
+        &[Operand::Axis, Operand::Word(&["auto"])],
+        "the chip is as warm as the board",
+        |bench, value| {
+            plant(bench, value[0]).heat(None);
+        },
+    ),
+    change("temperature", &[Operand::Word(&["board"]), TEMPERATURE], "temperature of the board", |bench, value| {
+        bench.machine().io.surroundings.temperature_c = value[1];
+    }),
+    change(
+        "supply",
+        &[Operand::Real { name: "VOLTS", min: 0.0, max: 60.0 }],
+        "supply of the motors",
+        |bench, value| {
+            bench.machine().io.surroundings.supply_v = value[0];
+        },
+    ),
+    change("power", &[Operand::Word(&["off", "on"])], "supply of the module", |bench, value| {
+        if value[0] == 1.0 { bench.power_on() } else { bench.power_off() }
+    }),
     Command { name: "show", operands: &[], help: "state of the machine", action: Action::Tell(show) },
     Command { name: "help", operands: &[], help: "this list", action: Action::Tell(|_| help()) },
 ];
 
+fn plant(bench: &mut Bench, axis: f64) -> &mut StepperAxis {
+    &mut bench.machine().axes[axis as usize].plant
+}
+
+fn change_mechanics(bench: &mut Bench, axis: f64, change: impl FnOnce(&mut Mechanics)) {
+    let plant = plant(bench, axis);
+    if let Some(mut mechanics) = plant.mechanics().copied() {
+        change(&mut mechanics);
+        plant.set_mechanics(mechanics);
+    }
+}
+
 fn help() -> String {
-    let line = |command: &Command| format!("{:<38} {}\n", command.usage(), command.help);
+    let line = |command: &Command| format!("{:<44} {}\n", command.usage(), command.help);
     COMMANDS.iter().map(line).collect()
 }
 
@@ -225,9 +332,25 @@ fn show_axis(bench: &mut Bench, axis: usize) -> String {
         let _ = write!(text, ", {name} {}{forced}", u8::from(plant.switch(switch)));
     }
     match plant.encoder {
-        Some(_) => text + &format!(", encoder {}\n", plant.encoder_count()),
-        None => text + ", no encoder\n",
+        Some(_) => text += &format!(", encoder {}", plant.encoder_count()),
+        None => text += ", no encoder",
     }
+    let cut = if plant.is_encoder_cut() { " (cut off)" } else { "" };
+    text + cut + "\n" + &show_motor(bench, axis)
+}
+
+/// What instruments at the motor show; nothing of a rigid axis.
+fn show_motor(bench: &mut Bench, axis: usize) -> String {
+    let now_us = bench.now();
+    let machine = bench.machine();
+    let plant = &machine.axes[axis].plant;
+    let Some(Mechanics { friction_nm, .. }) = plant.mechanics().copied() else { return String::new() };
+    let Readings { load_nm, torque_nm, load_angle_deg, current_a, winding_c, driver_c, stallguard, .. } =
+        plant.readings(now_us, &machine.io.surroundings);
+    format!(
+        "        load {load_nm:.3} Nm, friction {friction_nm:.3} Nm, motor {torque_nm:.3} Nm at {load_angle_deg:.1} deg, \
+         {current_a:.2} A, winding {winding_c:.0} degC, driver {driver_c:.0} degC, StallGuard {stallguard}\n"
+    )
 }
 
 fn show_io(io: &MachineIo) -> String {
@@ -237,110 +360,4 @@ fn show_io(io: &MachineIo) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use gradus_firmware::{AxisInputs, Io, Switches};
-    use gradus_tmcl::catalogue::TMCM_3351;
-
-    use super::*;
-
-    fn bench() -> Bench {
-        Bench::rigid(&TMCM_3351)
-    }
-
-    fn after(lines: &[&str]) -> Bench {
-        let mut bench = bench();
-        for line in lines {
-            assert_eq!(execute(line, &mut bench).as_deref(), Ok(""), "{line}");
-        }
-        bench
-    }
-
-    #[test]
-    fn inputs_take_their_level() {
-        let mut bench = after(&["in 3 1", "  in\t5 1 ", "in 3 0", "", "in 7 1"]);
-        assert_eq!(bench.machine().io.inputs(), 0b1010_0000);
-    }
-
-    #[test]
-    fn analogue_inputs_take_their_value() {
-        let mut bench = after(&["analog 0 512", "analog 7 1023"]);
-        assert_eq!([0, 1, 7].map(|port| bench.machine().io.analog(port)), [512, 0, 1023]);
-    }
-
-    #[test]
-    fn enable_input_takes_its_level() {
-        assert!(!after(&["enable 0"]).machine().io.enable());
-        assert!(after(&["enable 0", "enable 1"]).machine().io.enable());
-    }
-
-    #[test]
-    fn switches_are_forced_and_given_back() {
-        let mut bench = after(&["switch 0 left 1", "switch 2 home 1", "switch 2 home auto", "switch 2 right 1"]);
-        let levels = [0, 1, 2].map(|axis| bench.machine().axes[axis].switches());
-        let open = Switches::default();
-        assert_eq!(levels, [Switches { left: true, ..open }, open, Switches { right: true, ..open }]);
-    }
-
-    #[test]
-    fn power_goes_and_comes() {
-        assert!(!after(&["power off", "power off"]).has_power());
-        assert!(after(&["power off", "power on", "power on"]).has_power());
-    }
-
-    #[test]
-    fn wrong_lines_get_a_message_and_change_nothing() {
-        let cases = [
-            ("on", "there is no command `on`; `help` lists them"),
-            ("IN 3 1", "there is no command `IN`; `help` lists them"),
-            ("in 3", "usage: in PORT(0-7) 0|1"),
-            ("in 3 1 1", "usage: in PORT(0-7) 0|1"),
-            ("in 8 1", "`8` is no PORT(0-7); usage: in PORT(0-7) 0|1"),
-            ("in 3 high", "`high` is no 0|1; usage: in PORT(0-7) 0|1"),
-            ("analog 4 1", "`4` is no 0|1|2|3|6|7; usage: analog 0|1|2|3|6|7 VALUE(0-1023)"),
-            ("analog 0 1024", "`1024` is no VALUE(0-1023); usage: analog 0|1|2|3|6|7 VALUE(0-1023)"),
-            ("analog 0 -1", "`-1` is no VALUE(0-1023); usage: analog 0|1|2|3|6|7 VALUE(0-1023)"),
-            ("switch 3 left 1", "`3` is no AXIS; usage: switch AXIS left|right|home 0|1|auto"),
-            ("switch 0 up 1", "`up` is no left|right|home; usage: switch AXIS left|right|home 0|1|auto"),
-            ("power", "usage: power off|on"),
-        ];
-        for (line, message) in cases {
-            let mut changed = bench();
-            let error = execute(line, &mut changed).unwrap_err();
-            assert_eq!(error.to_string(), message, "{line}");
-            assert_eq!(changed.machine(), bench().machine(), "{line}");
-        }
-    }
-
-    #[test]
-    fn only_lines_that_change_the_machine_are_changes() {
-        let problem = |line| Change::parse(line, &TMCM_3351).err().map(|error| error.to_string());
-        assert_eq!(problem("switch 2 home 1"), None);
-        assert_eq!(problem(" show "), Some("`show` changes nothing".into()));
-        assert_eq!(problem(""), Some("`` changes nothing".into()));
-        assert_eq!(problem("in 3"), Some("usage: in PORT(0-7) 0|1".into()));
-    }
-
-    #[test]
-    fn help_lists_every_command() {
-        let text = execute("help", &mut bench()).unwrap();
-        assert_eq!(text.lines().count(), COMMANDS.len());
-        assert!(text.contains("switch AXIS left|right|home 0|1|auto"), "{text}");
-    }
-
-    #[test]
-    fn show_tells_the_state_of_the_machine() {
-        let mut bench = after(&["in 3 1", "analog 0 512", "switch 1 left 1", "power off"]);
-        bench.machine().axes[2].plant.place(25_600);
-        bench.machine().axes[1].plant.encoder = None;
-        let expected = "\
-time 0.000000 s, power off, enable 1, supply 24.0 V, 25 degC
-axis 0: shaft 0.0000 turns, left 0, right 0, home 0, encoder 0
-axis 1: shaft 0.0000 turns, left 1 (forced), right 0, home 0, no encoder
-axis 2: shaft 0.5000 turns, left 0, right 0, home 0, encoder 2048
-inputs 0-7:  0 0 0 1 0 0 0 0
-outputs 0-7: 0 0 0 0 0 0 0 0
-analog 0: 512, 1: 0, 2: 0, 3: 0, 6: 0, 7: 0
-";
-        assert_eq!(execute("show", &mut bench).as_deref(), Ok(expected));
-    }
-}
+mod tests;

@@ -24,10 +24,7 @@ const LONGEST: f64 = 1e6;
 const FULL_STEPS: Number = Number::whole(1.0, 10_000.0);
 const COUNTS: Number = Number::whole(1.0, 1e6);
 const ADC_VALUE: Number = Number::whole(0.0, 1023.0);
-const TRAVEL_PER_TURN: Number = Number::any("a length", 0.001, LONGEST);
-const PLACE: Number = Number::any("a length", -LONGEST, LONGEST);
-const WIDTH: Number = Number::any("a length", 0.0, LONGEST);
-const SHARE: Number = Number::any("a share", 0.0, 1.0);
+const BOUNCE: Number = Number::any("seconds", 0.0, 10.0);
 const SECONDS: Number = Number::any("seconds", 0.0, 1e9);
 
 impl Number {
@@ -61,9 +58,9 @@ impl Visitor<'_> for Number {
     }
 }
 
-/// Full steps in a turn of a motor.
-pub(crate) fn full_steps<'de, D: Deserializer<'de>>(value: D) -> Result<u32, D::Error> {
-    value.deserialize_any(FULL_STEPS).map(|number| number as u32)
+/// Full steps in a turn of a motor, if they are named.
+pub(crate) fn full_steps<'de, D: Deserializer<'de>>(value: D) -> Result<Option<u32>, D::Error> {
+    value.deserialize_any(FULL_STEPS).map(|number| Some(number as u32))
 }
 
 /// Counts in a turn of an encoder.
@@ -76,24 +73,48 @@ pub(crate) fn adc_value<'de, D: Deserializer<'de>>(value: D) -> Result<i32, D::E
     value.deserialize_any(ADC_VALUE).map(|number| number as i32)
 }
 
-/// Length that a turn of the shaft moves.
-pub(crate) fn travel_per_turn<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
-    value.deserialize_any(TRAVEL_PER_TURN)
+/// How long a contact bounces: seconds as microseconds.
+pub(crate) fn bounce<'de, D: Deserializer<'de>>(value: D) -> Result<u32, D::Error> {
+    value.deserialize_any(BOUNCE).map(|seconds| (seconds * 1e6).round() as u32)
 }
 
-/// A place along the travel.
-pub(crate) fn place<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
-    value.deserialize_any(PLACE)
+/// Functions for quantities that are taken as they are.
+macro_rules! quantities {
+    ($($(#[$text:meta])* $name:ident: $number:expr;)*) => {$(
+        $(#[$text])*
+        pub(crate) fn $name<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
+            value.deserialize_any($number)
+        }
+    )*};
 }
 
-/// Length of a vane.
-pub(crate) fn width<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
-    value.deserialize_any(WIDTH)
-}
-
-/// A part of a whole.
-pub(crate) fn share<'de, D: Deserializer<'de>>(value: D) -> Result<f64, D::Error> {
-    value.deserialize_any(SHARE)
+quantities! {
+    /// Length that a turn of the shaft moves.
+    travel_per_turn: Number::any("a length", 0.001, LONGEST);
+    /// A place along the travel.
+    place: Number::any("a length", -LONGEST, LONGEST);
+    /// Length of a vane.
+    width: Number::any("a length", 0.0, LONGEST);
+    /// Friction, or what a motor gives.
+    torque: Number::any("a torque in Nm", 0.0, 1e3);
+    /// A torque in either direction.
+    load: Number::any("a torque in Nm", -1e3, 1e3);
+    /// Inertia at a shaft.
+    inertia: Number::any("an inertia in gcm^2", 0.01, 1e8);
+    /// Resistance of a winding.
+    resistance: Number::any("ohms", 1e-3, 1e3);
+    /// Inductance of a winding.
+    inductance: Number::any("millihenries", 1e-3, 1e4);
+    /// Rated current.
+    amperes: Number::any("amperes", 1e-3, 1e3);
+    /// How far a coupling has slipped.
+    slip: Number::any("degrees", -36_000.0, 36_000.0);
+    /// Supply of a module.
+    supply: Number::any("volts", 0.0, 60.0);
+    /// A part of a whole.
+    share: Number::any("a share", 0.0, 1.0);
+    /// Temperature.
+    celsius: Number::any("degrees Celsius", -55.0, 200.0);
 }
 
 /// Seconds as microseconds, rounded.

@@ -385,16 +385,16 @@ fn place(rig: &mut Rig, travel_per_turn: f64) -> f64 {
     plant.position() as f64 / f64::from(plant.microsteps_per_turn()) * travel_per_turn
 }
 
-/// The edges of the switch are found at 2 mm/s: 0.0002 mm a tick.
+/// The edges of the switch are found at 2 mm/s, 0.0002 mm a tick, by a rotor that friction keeps up to 0.005 mm behind.
 #[test]
 fn stage_finds_the_middle_of_its_home_switch() {
     let mut rig = rig_on("linear-stage", "home");
     rig.run_until(7_500.0);
     assert_eq!(rig.ask(STOPPED_AT), 10);
-    assert!((place(&mut rig, 5.0) - 50.0).abs() < 0.001, "at {} mm, not 50", place(&mut rig, 5.0));
+    assert!((place(&mut rig, 5.0) - 50.0).abs() < 0.005, "at {} mm, not 50", place(&mut rig, 5.0));
 }
 
-/// Three quarter turns from the home switch; its edges are found at 2 degrees/s: 0.0002 degrees a tick.
+/// Three quarter turns from the home switch; its edges are found at 2 degrees/s, 0.0002 degrees a tick, by a rotor that friction keeps behind.
 #[test]
 fn table_turns_until_the_lid_opens() {
     let mut rig = rig_on("rotary-table", "index");
@@ -404,5 +404,5 @@ fn table_turns_until_the_lid_opens() {
     }
     rig.run_until(9_000.0);
     assert_eq!(rig.ask(RUNS), 0);
-    assert!((place(&mut rig, 4.0) - 270.0).abs() < 0.001, "at {} degrees, not 270", place(&mut rig, 4.0));
+    assert!((place(&mut rig, 4.0) - 270.0).abs() < 0.005, "at {} degrees, not 270", place(&mut rig, 4.0));
 }

@@ -30,6 +30,9 @@ Lines on the standard input:
   analog 0 512      sets analogue input 0
   enable 0          drives the ENABLE input low
   switch 0 left 1   holds a switch of axis 0; `auto` gives it back to the travel
+  load 0 0.2        loads the shaft of axis 0 with 0.2 Nm
+  block 0           holds the shaft; `unblock 0` lets it go
+  supply 19.5       sets the supply of the motors
   power off         cuts the power; `power on` gives it back
   show              shows the machine
   help              lists all commands
