@@ -18,6 +18,7 @@
 
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod broker;
 mod can;
 mod config;
 mod error;
@@ -28,6 +29,7 @@ mod names;
 mod parameter;
 mod program;
 mod refusal;
+pub mod scan;
 mod serial;
 mod session;
 mod sim;
@@ -37,6 +39,7 @@ mod tcp;
 mod url;
 mod verdict;
 
+pub use broker::{Broker, News, Rights, Visit};
 pub use config::{Config, ConfigError, ConfigFileError, Difference, Setting, settings};
 pub use error::Error;
 pub use gradus_sim::VIRTUAL_MODULES;

@@ -1,7 +1,7 @@
 //! Bytes over a serial port: RS232, RS485 adapter, USB, pseudo-terminal.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serial2::SerialPort;
@@ -28,6 +28,11 @@ impl SerialStream {
         // What came before belongs to whoever had the port open before.
         port.discard_input_buffer().map_err(|error| error.to_string())?;
         Ok(Self { port, opened: Instant::now() })
+    }
+
+    /// The serial ports of this computer.
+    pub fn ports() -> Vec<PathBuf> {
+        SerialPort::available_ports().unwrap_or_default()
     }
 }
 

@@ -132,6 +132,24 @@ impl Session {
         self.get_in_step(&mut line.lock())
     }
 
+    /// Asks once whether a module answers.
+    ///
+    /// # Errors
+    /// When the line is broken.
+    pub fn knock(&mut self) -> Result<bool, Error> {
+        let line = self.line.clone();
+        let mut wire = line.lock();
+        self.drain(&mut wire)?;
+        let answers = self.probe(&mut wire)?;
+        self.in_step = answers.then_some(wire.doubts);
+        Ok(answers)
+    }
+
+    /// The address in the module's answers: its own, whatever it was asked under.
+    pub fn answering_address(&self) -> u16 {
+        u16::from(self.peer.module)
+    }
+
     /// The line, for sessions with other modules on it.
     pub fn line(&self) -> &Line {
         &self.line

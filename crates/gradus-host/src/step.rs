@@ -64,7 +64,7 @@ impl Session {
     }
 
     /// Sends a probe; true when the module repeats its number, which also tells the addresses of its replies.
-    fn probe(&mut self, wire: &mut Wire) -> Result<bool, Error> {
+    pub(crate) fn probe(&mut self, wire: &mut Wire) -> Result<bool, Error> {
         self.nonce = self.nonce.wrapping_add(1);
         self.statistics.probes += 1;
         wire.send(self.address, Instruction::new(Opcode::GET_INFO, PROBE_TYPE, 0, self.nonce), self.line.port())?;

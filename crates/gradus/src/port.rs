@@ -1,5 +1,6 @@
 //! Arguments that several subcommands have: the port and the module.
 
+use std::net::SocketAddr;
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
 
@@ -74,4 +75,27 @@ impl Port {
 pub fn module(modules: &'static [&'static Module]) -> impl TypedValueParser<Value = &'static Module> {
     let names = modules.iter().map(|module| module.name.to_lowercase());
     PossibleValuesParser::new(names).try_map(|name| Module::named(&name).ok_or("the catalogue has no such module"))
+}
+
+/// An address to listen on.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    gradus_sim::address(text).ok_or_else(|| {
+        "a host of this computer and a port are expected: 127.0.0.1:4322, localhost:0, [::1]:4322".into()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_is_a_host_and_a_port() {
+        for text in ["127.0.0.1:4322", "localhost:4322", "0.0.0.0:0", "[::1]:4322"] {
+            assert!(address(text).is_ok(), "{text}");
+        }
+        assert!(address("localhost:4322").is_ok_and(|address| address.ip().is_loopback()));
+        for text in ["127.0.0.1", "localhost", "4322", ":4322", "127.0.0.1:99999", ""] {
+            assert!(address(text).is_err(), "{text}");
+        }
+    }
 }

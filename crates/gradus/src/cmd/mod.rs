@@ -9,6 +9,8 @@ mod get;
 mod man;
 mod params;
 mod run;
+mod scan;
+mod serve;
 mod set;
 #[cfg(unix)]
 mod sim;
@@ -29,6 +31,8 @@ pub enum Command {
     Set(set::Set),
     Params(params::Params),
     Config(config::Configure),
+    Scan(scan::Scan),
+    Serve(serve::Serve),
     Stats(stats::Stats),
     Completions(completions::Completions),
     Man(man::Man),
@@ -51,6 +55,8 @@ impl Command {
             Self::Set(set) => set.run(out),
             Self::Params(params) => params.run(out),
             Self::Config(config) => config.run(out),
+            Self::Scan(scan) => scan.run(out),
+            Self::Serve(serve) => serve.run(out),
             Self::Stats(stats) => stats.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),

@@ -3,7 +3,6 @@
 use std::io::{self, IsTerminal, Write};
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
@@ -12,12 +11,11 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use gradus_host::{Session, State};
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::{MODULES, Module};
-use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::output::{Output, plot_file, record_file};
 use crate::port::{self, Port};
 use crate::program::{Program, Surroundings};
-use crate::progress::progress;
+use crate::progress::{interruption, progress};
 use crate::recording::{Probe, Recording, Sample};
 use crate::signal::Channel;
 use crate::view::View;
@@ -139,16 +137,6 @@ impl Run {
 
 fn names(axes: Range<u8>) -> String {
     axes.map(|axis| axis.to_string()).collect::<Vec<_>>().join(", ")
-}
-
-/// A flag that Ctrl-C sets; a second one ends this program at once.
-fn interruption() -> io::Result<Arc<AtomicBool>> {
-    let flag = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_shutdown(signal, 1, Arc::clone(&flag))?;
-        signal_hook::flag::register(signal, Arc::clone(&flag))?;
-    }
-    Ok(flag)
 }
 
 /// Writes a program into the module and reads it back.

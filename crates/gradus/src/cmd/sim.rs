@@ -55,13 +55,13 @@ pub struct Sim {
     #[arg(long, value_name = "PATH")]
     pty: Option<PathBuf>,
     /// Listen on a TCP address; port 0 picks a free one
-    #[arg(long, value_name = "ADDR", value_parser = address)]
+    #[arg(long, value_name = "ADDR", value_parser = port::address)]
     tcp: Option<SocketAddr>,
     /// Be a serial CAN adapter (slcan), on a pseudo-terminal that PATH leads to or on a TCP address
     #[arg(long, value_name = "PATH|ADDR")]
     slcan: Option<String>,
     /// Be a socketcand server on a TCP address
-    #[arg(long, value_name = "ADDR", value_parser = address)]
+    #[arg(long, value_name = "ADDR", value_parser = port::address)]
     socketcand: Option<SocketAddr>,
     /// Take part in the bus of a CAN interface of this computer
     #[arg(long, value_name = "INTERFACE")]
@@ -145,32 +145,9 @@ impl Sim {
     }
 }
 
-/// An address to listen on.
-fn address(text: &str) -> Result<SocketAddr, String> {
-    gradus_sim::address(text).ok_or_else(|| {
-        "a host of this computer and a port are expected: 127.0.0.1:4322, localhost:0, [::1]:4322".into()
-    })
-}
-
 /// Names the option that helps.
 fn advise(error: ServeError) -> anyhow::Error {
     let remote = matches!(error, ServeError::Endpoint(EndpointError::Remote { .. }));
     let error = anyhow::Error::new(error);
     if remote { error.context("--allow-remote is needed") } else { error }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_address_is_a_host_and_a_port() {
-        for text in ["127.0.0.1:4322", "localhost:4322", "0.0.0.0:0", "[::1]:4322"] {
-            assert!(address(text).is_ok(), "{text}");
-        }
-        assert!(address("localhost:4322").is_ok_and(|address| address.ip().is_loopback()));
-        for text in ["127.0.0.1", "localhost", "4322", ":4322", "127.0.0.1:99999", ""] {
-            assert!(address(text).is_err(), "{text}");
-        }
-    }
 }

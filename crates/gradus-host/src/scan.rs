@@ -1,0 +1,134 @@
+//! Finding modules: on serial ports at all rates, at all addresses, on CAN buses at all identifiers.
+//!
+//! Each place is asked one harmless question (the probe of [`step`](crate::step)), so that nothing of a module is changed. A module
+//! that hears it at a wrong baud rate hears noise, which its checksum keeps it from obeying. One whose replies are suppressed is
+//! not found.
+
+use std::ops::RangeInclusive;
+use std::time::Duration;
+
+use gradus_tmcl::Opcode;
+use gradus_tmcl::catalogue::Gp;
+
+use crate::serial::SerialStream;
+use crate::{Address, Bus, Error, Line, Place, Session, Url};
+
+/// Baud rates of the modules, the usual ones first.
+pub const BAUD_RATES: [u32; 12] =
+    [9600, 115_200, 19_200, 38_400, 57_600, 14_400, 28_800, 76_800, 230_400, 250_000, 500_000, 1_000_000];
+
+/// A serial line: bits of a request and its answer, and the time that a module, an adapter and a computer may add.
+const BITS: u32 = 2 * 9 * 10;
+const SERIAL_DELAY: Duration = Duration::from_millis(40);
+/// The same on a CAN bus and over a network.
+const CAN_DELAY: Duration = Duration::from_millis(10);
+const NETWORK_DELAY: Duration = Duration::from_millis(200);
+
+/// A module that was found.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Found {
+    /// The port that reaches it, as `--port` takes it.
+    pub port: String,
+    /// Its name, or what it calls itself if the catalogue does not have it.
+    pub module: String,
+    /// Firmware, major and minor.
+    pub firmware: (u8, u8),
+    /// Its address, or its identifier on a CAN bus.
+    pub address: u16,
+    /// Number of axes; 0 if the catalogue does not have it.
+    pub axes: u8,
+}
+
+/// The serial ports and CAN interfaces of this computer.
+pub fn ports() -> Vec<Url> {
+    let serial =
+        SerialStream::ports().into_iter().map(|path| Place::Serial { path, baud: BAUD_RATES[0], rs485: false });
+    let can = interfaces().map(|name| Place::Can { bus: Bus::Interface(name), bit_rate: 0 });
+    serial.chain(can).map(Url::to).collect()
+}
+
+/// CAN interfaces, as Linux lists them.
+fn interfaces() -> impl Iterator<Item = String> {
+    const CAN: &str = "280";
+    let all = std::fs::read_dir("/sys/class/net").into_iter().flatten().flatten();
+    all.filter_map(|entry| {
+        let kind = std::fs::read_to_string(entry.path().join("type")).ok()?;
+        (kind.trim() == CAN).then(|| entry.file_name().to_string_lossy().into_owned())
+    })
+}
+
+/// The lines to try for a port: a serial port at all rates, unless it names one other than the default.
+pub fn lines(url: &Url) -> Vec<Url> {
+    let Place::Serial { path, baud, rs485 } = &url.place else { return vec![url.clone()] };
+    let rates = if *baud == BAUD_RATES[0] { BAUD_RATES.as_slice() } else { &[*baud] };
+    let at =
+        |baud: &u32| Url { place: Place::Serial { path: path.clone(), baud: *baud, rs485: *rs485 }, ..url.clone() };
+    rates.iter().map(at).collect()
+}
+
+/// The addresses to try on a line: all that there are.
+pub fn addresses(url: &Url) -> RangeInclusive<u16> {
+    if matches!(url.place, Place::Can { .. }) { 1..=2047 } else { 1..=255 }
+}
+
+/// Asks every address of a line. `progress` is told each address before it is asked, and ends the search by `false`.
+///
+/// # Errors
+/// When the line does not open or breaks.
+pub fn scan(
+    url: &Url,
+    addresses: RangeInclusive<u16>,
+    mut progress: impl FnMut(u16) -> bool,
+) -> Result<Vec<Found>, Error> {
+    let line = Line::open(url)?;
+    let mut found: Vec<Found> = Vec::new();
+    for address in addresses {
+        if !progress(address) {
+            break;
+        }
+        let mut session = line.session(Address { module: address, reply: None });
+        session.set_timeout(patience(&url.place));
+        if !session.knock()? {
+            continue;
+        }
+        let own = session.answering_address();
+        let module = identify(url, &mut session)?;
+        let seen = found.iter().any(|earlier| earlier.port == module.port);
+        if !seen {
+            found.push(module);
+        }
+        // A module that answers under any address is alone on its line.
+        if own != address && !line.nature().can {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+fn patience(place: &Place) -> Duration {
+    match place {
+        Place::Serial { baud, .. } => SERIAL_DELAY + Duration::from_secs(1) * BITS / *baud,
+        Place::Can { bus: Bus::Interface(_), .. } => CAN_DELAY,
+        Place::Can { .. } => SERIAL_DELAY,
+        Place::Tcp { .. } | Place::Sim(_) => NETWORK_DELAY,
+    }
+}
+
+/// Asks a module what it is.
+fn identify(url: &Url, session: &mut Session) -> Result<Found, Error> {
+    const BINARY: u8 = 1;
+    let text = session.version_text()?;
+    let version = session.command(gradus_tmcl::Instruction::new(Opcode::FIRMWARE_VERSION, BINARY, 0, 0))?;
+    let [.., major, minor] = version.to_be_bytes();
+    let known = session.module().ok();
+    let can = session.line().nature().can;
+    let module = if can { session.address().module } else { session.answering_address() };
+    let reply = if can { u16::try_from(session.get_global(Gp::CanReplyId, 0)?).ok() } else { None };
+    Ok(Found {
+        port: Url { address: Address { module, reply }, ..url.clone() }.to_string(),
+        module: known.map_or(text, |module| module.name.into()),
+        firmware: (major, minor),
+        address: module,
+        axes: known.map_or(0, |module| module.axes),
+    })
+}
