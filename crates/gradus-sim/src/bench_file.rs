@@ -43,8 +43,8 @@
 //! RMS, Nm and gcm^2; the last three may be left out. A rigid axis takes `inertia`, `friction`, `viscous` and `load`, and does
 //! not feel them. The first current pulls a rotor at most two full steps from its `start` to where the coils point.
 //!
-//! There is room for more: the bounce of a switch is a key beside `at`, faults are events. Several modules are tables, each
-//! with the keys that stand at the top of the file today; a file without them remains one.
+//! Several modules on buses are `[[module]]` tables, each with the keys that stand at the top of a file of one module, see
+//! `rig_file`.
 //!
 //! Not here: what the machine does, see `gradus-plant`; what a line of the console does, see [`console`](crate::console).
 
@@ -120,7 +120,7 @@ impl BenchFile {
 /// The whole file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Document {
+pub(crate) struct Document {
     #[serde(deserialize_with = "virtual_module")]
     module: &'static Module,
     #[serde(deserialize_with = "supply", default = "default_supply")]
@@ -173,7 +173,7 @@ impl Default for IoTable {
 // From the text to the machine.
 
 impl Document {
-    fn build(self) -> Result<BenchFile, Misfit> {
+    pub(crate) fn build(self) -> Result<BenchFile, Misfit> {
         let count = self.module.axes;
         let mut axes = vec![AxisTable::default().build(); count.into()];
         for (number, table) in self.axis {

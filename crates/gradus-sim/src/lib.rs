@@ -21,6 +21,8 @@ mod problem;
 mod quantity;
 mod rig;
 pub mod rig_console;
+#[cfg(unix)]
+pub mod rig_file;
 mod segment;
 #[cfg(unix)]
 mod serve;
@@ -37,6 +39,8 @@ pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use problem::Problem;
 pub use rig::{BusChange, BusKind, HostId, Rig};
+#[cfg(unix)]
+pub use rig_file::RigFile;
 pub use segment::Serial;
 #[cfg(unix)]
 pub use serve::{
