@@ -57,6 +57,7 @@ use gradus_plant::Surroundings;
 use gradus_tmcl::catalogue::Module;
 use serde::Deserialize;
 use toml::Spanned;
+use toml::de::DeTable;
 
 use crate::console::Change;
 use crate::problem::{Misfit, Problem};
@@ -76,6 +77,19 @@ pub struct BenchFile {
     pub machine: Machine,
     /// What changes later, with its virtual time in microseconds.
     pub events: Vec<(u64, Change)>,
+}
+
+/// What is wrong with a file of several modules where one is expected.
+const SEVERAL: &str =
+    "the file describes several modules on buses, which only `gradus sim` can run; expected one module";
+
+/// A file describes several modules if `module` is an array of tables, or if there is a bus.
+pub(crate) fn is_rig(text: &str) -> bool {
+    let root = DeTable::parse(text);
+    let is_rig = |root: &DeTable| {
+        root.contains_key("bus") || root.get("module").is_some_and(|module| module.get_ref().is_array())
+    };
+    root.is_ok_and(|root| is_rig(root.get_ref()))
 }
 
 /// Why a bench file cannot be used.
@@ -103,6 +117,9 @@ impl BenchFile {
     /// # Errors
     /// What is wrong with it first.
     pub fn parse(text: &str) -> Result<Self, Problem> {
+        if is_rig(text) {
+            return Err(Misfit::new(Some(0..0), SEVERAL).locate(text));
+        }
         let document = toml::from_str(text).map_err(|error| Misfit::new(error.span(), error.message()));
         document.and_then(Document::build).map_err(|misfit| misfit.locate(text))
     }

@@ -45,5 +45,5 @@ pub use segment::Serial;
 #[cfg(unix)]
 pub use serve::{
     Console, Endpoint, EndpointError, EndpointParseError, Options, ServeError, Server, Speed, SpeedError, Stopper,
-    address,
+    address, allow_many_endpoints,
 };

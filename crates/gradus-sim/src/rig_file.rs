@@ -49,7 +49,7 @@ use serde::de::{Deserializer, Error};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::bench_file::{BenchFile, BenchFileError, Document};
+use crate::bench_file::{BenchFile, BenchFileError, Document, is_rig};
 use crate::problem::{Misfit, Problem};
 use crate::quantity::microseconds;
 use crate::{BusChange, BusKind, Can, Eeprom, EepromError, Endpoint, Profile, Rig, Serial};
@@ -93,10 +93,7 @@ impl RigFile {
     /// # Errors
     /// What is wrong with it first.
     pub fn parse(text: &str) -> Result<Option<Self>, Problem> {
-        let Ok(root) = DeTable::parse(text) else { return Ok(None) };
-        if !is_rig(root.get_ref()) {
-            return Ok(None);
-        }
+        let Some(root) = DeTable::parse(text).ok().filter(|_| is_rig(text)) else { return Ok(None) };
         Self::build_from(root).map(Some).map_err(|misfit| misfit.locate(text))
     }
 
@@ -177,11 +174,6 @@ impl RigFile {
         }
         Ok(rig)
     }
-}
-
-/// A file is one of several modules if `module` is an array of tables, or if there is a bus.
-fn is_rig(root: &DeTable) -> bool {
-    root.contains_key("bus") || root.get("module").is_some_and(|module| module.get_ref().is_array())
 }
 
 fn understand<'de, T: Deserialize<'de>>(table: Spanned<DeTable<'de>>) -> Result<T, Misfit> {

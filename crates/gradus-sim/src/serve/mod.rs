@@ -16,5 +16,5 @@ mod waiter;
 
 pub use endpoint::{Endpoint, EndpointError, EndpointParseError, address};
 pub use pace::{Speed, SpeedError};
-pub use server::{Options, ServeError, Server, Stopper};
+pub use server::{Options, ServeError, Server, Stopper, allow_many_endpoints};
 pub use terminal::Console;

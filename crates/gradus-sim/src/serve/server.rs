@@ -240,6 +240,16 @@ impl Server {
     }
 }
 
+/// Lets this process have so many endpoints and hosts more than it already has, as far as the system allows: it counts files.
+pub fn allow_many_endpoints(files: usize) {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let limit = getrlimit(Resource::Nofile);
+    let wanted = limit.current.unwrap_or(u64::MAX).saturating_add(files as u64);
+    let current = limit.maximum.map_or(wanted, |most| most.min(wanted));
+    // What is refused is missed when a file cannot be opened.
+    let _ = setrlimit(Resource::Nofile, Rlimit { current: Some(current), ..limit });
+}
+
 /// Whether this process ignores a signal, where the system tells it in `/proc`.
 fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -4,10 +4,11 @@ use std::io::Write;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 
+use anyhow::{Context as _, bail};
 use gradus_host::VIRTUAL_MODULES;
 use gradus_sim::{
     Bench, BenchFile, BusChange, BusKind, Can, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options,
-    Profile, Rig, ServeError, Server, Speed,
+    Profile, Rig, RigFile, Serial, ServeError, Server, Speed,
 };
 use gradus_tmcl::catalogue::Module;
 
@@ -22,7 +23,8 @@ const DEFAULT_TCP_PORT: u16 = 4322;
 /// `tcp ADDR:PORT` and so on, then `ready`, and serves until it gets SIGINT (Ctrl-C), SIGTERM or SIGHUP (terminal closed). Lines on the standard input work the
 /// machine by hand.
 ///
-/// A bench file gives the module a machine with travel, switches and encoders, and says what happens to it later.
+/// A bench file gives the module a machine with travel, switches and encoders, and says what happens to it later; or it describes
+/// several modules on buses, with the endpoints of each bus.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Lines on the standard input:
@@ -43,7 +45,8 @@ Examples:
   gradus sim --tcp 127.0.0.1:0 --speed 10        a free port, ten times real time
   gradus sim --slcan ./adapter                   a module on CAN, behind a serial adapter
   gradus sim --faults noisy-line                 one datagram in a thousand is garbled
-  gradus sim --bench stage.toml                  a module with the machine of a bench file")]
+  gradus sim --bench stage.toml                  a module with the machine of a bench file
+  gradus sim --count 100                         a hundred modules, on TCP ports 4322 to 4421")]
 pub struct Sim {
     /// Module
     #[arg(value_parser = port::module(VIRTUAL_MODULES), ignore_case = true, default_value = "tmcm-3351")]
@@ -66,13 +69,16 @@ pub struct Sim {
     /// Take part in the bus of a CAN interface of this computer
     #[arg(long, value_name = "INTERFACE")]
     can: Option<String>,
+    /// Start so many modules, on as many TCP ports in a row; their axes never lose a step, and rest at no cost
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..), conflicts_with_all = ["bench", "pty", "slcan", "socketcand", "can"])]
+    count: Option<u16>,
     /// What goes wrong on the lines: noisy-line, bad-usb-cable or late-replies
     #[arg(long, value_name = "PROFILE")]
     faults: Option<Profile>,
     /// Seed of the dice for --faults: the same seed is the same faults
     #[arg(long, value_name = "NUMBER", default_value_t = 1)]
     seed: u64,
-    /// File that keeps the EEPROM; created if it does not exist
+    /// File that keeps the EEPROM; created if it does not exist. With --count a folder with a file for each module
     #[arg(long, value_name = "FILE")]
     eeprom: Option<PathBuf>,
     /// Virtual seconds a second, or as many as the computer manages
@@ -86,9 +92,15 @@ pub struct Sim {
 impl Sim {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let options = Options { speed: self.speed, allow_remote: self.allow_remote };
-        let mut server = Server::open(self.rig()?, &[], options)?;
-        for endpoint in self.endpoints() {
-            let bus = usize::from(endpoint.is_can());
+        let Setup { mut rig, endpoints } = self.setup()?;
+        if let Some(profile) = self.faults {
+            for bus in 0..rig.bus_names().count() {
+                rig.change(bus, BusChange::Faults(profile, self.seed));
+            }
+        }
+        gradus_sim::allow_many_endpoints(2 * endpoints.len());
+        let mut server = Server::open(rig, &[], options)?;
+        for (bus, endpoint) in endpoints {
             server.open_endpoint(bus, &endpoint).map_err(advise)?;
         }
         server.stop_on_signals()?;
@@ -100,17 +112,58 @@ impl Sim {
         Ok(server.run(Console::standard().ok())?)
     }
 
-    /// The module on its USB port and on a CAN bus.
-    fn rig(&self) -> anyhow::Result<Rig> {
+    fn setup(&self) -> anyhow::Result<Setup> {
+        if let Some(count) = self.count {
+            return self.fleet(count);
+        }
+        if let Some(file) = self.bench.as_deref().map(RigFile::read).transpose()?.flatten() {
+            return self.described(&file);
+        }
         let mut rig = Rig::from(self.build()?);
         let can = rig.add_bus("can", BusKind::Can(Can::DEFAULT));
         rig.connect(0, can);
-        if let Some(profile) = self.faults {
-            for bus in 0..=can {
-                rig.change(bus, BusChange::Faults(profile, self.seed));
-            }
+        let endpoints = self.endpoints().into_iter().map(|endpoint| (usize::from(endpoint.is_can()), endpoint));
+        Ok(Setup { rig, endpoints: endpoints.collect() })
+    }
+
+    /// The rig of a bench file, which says itself where its endpoints and memories are.
+    fn described(&self, file: &RigFile) -> anyhow::Result<Setup> {
+        if !self.chosen_endpoints().is_empty() || self.eeprom.is_some() {
+            bail!("the bench file has several modules: its buses say the endpoints, its modules the EEPROM files");
         }
-        Ok(rig)
+        let endpoints = file.endpoints();
+        if endpoints.is_empty() {
+            bail!(
+                "no bus of the bench file has endpoints; add some, such as endpoints = [\"tcp:127.0.0.1:{DEFAULT_TCP_PORT}\"]"
+            );
+        }
+        Ok(Setup { rig: file.build()?, endpoints })
+    }
+
+    /// As many modules, each on a line of its own.
+    fn fleet(&self, count: u16) -> anyhow::Result<Setup> {
+        let first = self.tcp.unwrap_or((Ipv4Addr::LOCALHOST, DEFAULT_TCP_PORT).into());
+        if first.port() != 0 && first.port().checked_add(count - 1).is_none() {
+            bail!("there are no {count} ports from {} on", first.port());
+        }
+        let (mut rig, mut endpoints) = (Rig::default(), Vec::new());
+        for index in 0..count {
+            let machine = Machine::rigid(self.module.axes.into());
+            let bench = Bench::new(self.module, machine, self.memory_of(index)?);
+            let module = rig.add_module(&format!("{}", index + 1), bench);
+            let bus = rig.add_bus(&format!("usb-{}", index + 1), BusKind::Serial(Serial::USB));
+            rig.connect(module, bus);
+            let port = if first.port() == 0 { 0 } else { first.port() + index };
+            endpoints.push((bus, Endpoint::Tcp((first.ip(), port).into())));
+        }
+        Ok(Setup { rig, endpoints })
+    }
+
+    /// The memory of a module of a fleet.
+    fn memory_of(&self, index: u16) -> anyhow::Result<Eeprom> {
+        let Some(folder) = &self.eeprom else { return Ok(Eeprom::of(self.module)) };
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        Ok(Eeprom::open(&folder.join(format!("{:04}.eeprom", index + 1)), self.module)?)
     }
 
     fn build(&self) -> anyhow::Result<Bench> {
@@ -127,6 +180,14 @@ impl Sim {
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
+        let chosen = self.chosen_endpoints();
+        if chosen.is_empty() {
+            return vec![Endpoint::Pty(None), Endpoint::Tcp((Ipv4Addr::LOCALHOST, DEFAULT_TCP_PORT).into())];
+        }
+        chosen
+    }
+
+    fn chosen_endpoints(&self) -> Vec<Endpoint> {
         let slcan = self.slcan.as_ref().map(|place| {
             gradus_sim::address(place).map_or_else(|| Endpoint::SlcanPty(Some(place.into())), Endpoint::SlcanTcp)
         });
@@ -137,12 +198,14 @@ impl Sim {
             self.socketcand.map(Endpoint::Socketcand),
             self.can.clone().map(Endpoint::Can),
         ];
-        let chosen: Vec<Endpoint> = chosen.into_iter().flatten().collect();
-        if chosen.is_empty() {
-            return vec![Endpoint::Pty(None), Endpoint::Tcp((Ipv4Addr::LOCALHOST, DEFAULT_TCP_PORT).into())];
-        }
-        chosen
+        chosen.into_iter().flatten().collect()
     }
+}
+
+/// Modules on buses, and where hosts find them.
+struct Setup {
+    rig: Rig,
+    endpoints: Vec<(usize, Endpoint)>,
 }
 
 /// Names the option that helps.
