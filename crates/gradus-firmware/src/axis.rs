@@ -10,7 +10,7 @@
 //!   move does not fail for the same reason. The target stays: it has not been reached.
 //! - New currents (axis parameters 6, 7, 200) flow at once. A restart keeps the motor within two full steps of where it is.
 
-use gradus_motion::Ramp;
+use gradus_motion::{Approach, Course, Generator};
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 
@@ -35,7 +35,7 @@ pub(crate) struct Axis {
     pub(crate) settings: Settings,
     pub(crate) derived: Derived,
     pub(crate) tick_hz: u32,
-    pub(crate) ramp: Ramp,
+    pub(crate) ramp: Generator,
     /// The ramp follows an interpolated line.
     pub(crate) led: bool,
     pub(crate) encoder: Encoder,
@@ -62,7 +62,7 @@ impl Axis {
         let settings = Settings::factory(catalogue);
         Self {
             derived: settings.derive(),
-            ramp: Ramp::new(settings.gains(tick_hz)),
+            ramp: Generator::new(settings.profile(tick_hz)),
             settings,
             tick_hz,
             led: false,
@@ -105,12 +105,15 @@ impl Axis {
         match id {
             Ap::TargetPosition => self.ramp.target(),
             Ap::ActualPosition => self.ramp.position(),
-            Ap::ActualSpeed => self.ramp.speed_pps(),
+            Ap::TargetSpeed => self.target_speed(),
+            Ap::ActualSpeed => self.ramp.speed(),
+            Ap::ActualAcceleration => self.ramp.acceleration(),
+            Ap::RampMode => self.ramp_mode(),
             Ap::PositionReached => i32::from(self.is_reached()),
-            Ap::HomeSwitch => i32::from(port.switches().home),
-            Ap::RightSwitch => i32::from(port.switches().right),
-            Ap::LeftSwitch => i32::from(port.switches().left),
-            Ap::EncoderPosition => self.encoder_position(port),
+            Ap::HomeSwitch => i32::from(self.switches(port).home),
+            Ap::RightSwitch => i32::from(self.switches(port).right),
+            Ap::LeftSwitch => i32::from(self.switches(port).left),
+            Ap::EncoderPosition => self.shown_encoder_position(port),
             Ap::LatchedPosition | Ap::LatchedEncoderPosition => {
                 self.watch_null(port);
                 self.settings.get(id)
@@ -119,7 +122,7 @@ impl Axis {
             Ap::ClInitialized => i32::from(self.is_loop_ready()),
             Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
             Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
-            Ap::ExtendedErrorFlags => core::mem::take(&mut self.errors),
+            Ap::ExtendedErrorFlags => self.error_flags(),
             Ap::LoadValue => i32::from(port.driver().load),
             Ap::DriverErrorFlags => self.driver_flags(port.driver()),
             _ => self.settings.get(id),
@@ -148,8 +151,9 @@ impl Axis {
             return Err(Status::INVALID_VALUE);
         }
         match row.id {
-            Ap::TargetPosition => return self.move_to(value),
-            Ap::TargetSpeed => return self.rotate(value),
+            Ap::TargetPosition => return self.set_target_position(value),
+            Ap::TargetSpeed => return self.set_target_speed(value),
+            Ap::RampMode => return self.set_ramp_mode(value),
             Ap::ActualPosition => {
                 self.stop_search();
                 self.set_position(value, port);
@@ -184,12 +188,19 @@ impl Axis {
             | Ap::Bow2
             | Ap::Bow3
             | Ap::Bow4
-            | Ap::BowScaling => self.derive_ramp(),
+            | Ap::BowScaling
+            | Ap::MinSpeed
+            | Ap::RampDivisor
+            | Ap::PulseDivisor => self.derive_ramp(),
             Ap::MicrostepResolution | Ap::FullStepResolution | Ap::EncoderResolution => {
                 self.scale_encoder(port);
                 self.derive();
             }
             Ap::EncoderMode => self.arm_encoder(port),
+            Ap::EncoderPrescaler => {
+                self.scale_encoder(port);
+                self.arm_encoder(port);
+            }
             Ap::MaxCurrent | Ap::StandbyCurrent | Ap::BoostCurrent => {
                 self.derive();
                 self.energize(port);
@@ -199,7 +210,7 @@ impl Axis {
     }
 
     fn derive_ramp(&mut self) {
-        self.ramp.set_gains(self.settings.gains(self.tick_hz));
+        self.ramp.set_profile(self.settings.profile(self.tick_hz));
     }
 
     fn derive(&mut self) {
@@ -222,6 +233,7 @@ impl Axis {
     pub(crate) fn move_to(&mut self, target: i32) -> Result<(), Status> {
         self.begin()?;
         self.underway = true;
+        self.set_approach(Approach::Ramp);
         self.ramp.move_to(target);
         Ok(())
     }
@@ -250,9 +262,9 @@ impl Axis {
         self.led = false;
     }
 
-    /// The ramp, for a line.
-    pub(crate) fn ramp(&self) -> &Ramp {
-        &self.ramp
+    /// What a line has to know of the axis.
+    pub(crate) fn course(&self) -> Course<'_> {
+        self.ramp.course()
     }
 
     /// Where MVP REL starts from (axis parameter 127). A move that a stop switch holds is still one to its target.
@@ -340,7 +352,7 @@ impl Axis {
         &mut self,
         now: u64,
         switches: Switches,
-        lead: impl FnOnce(&mut Ramp),
+        lead: impl FnOnce(&mut Generator),
         port: &mut A,
     ) -> Events {
         match self.search {
@@ -403,7 +415,7 @@ impl Axis {
             0
         } else if self.standby_at_us.is_none() {
             derived.standby_current
-        } else if derived.boost_current != 0 && self.ramp.acceleration_pps2() != 0 {
+        } else if derived.boost_current != 0 && self.ramp.acceleration() != 0 {
             derived.boost_current
         } else {
             derived.run_current

@@ -23,7 +23,7 @@
 //!   turns with the ramp (2), or not (3), and by the correction. Currents are those of open loop.
 //! - Switched off, the motor brakes with the ramp from where the field is.
 
-use gradus_motion::Ramp;
+use gradus_motion::Generator;
 use gradus_motion::closed_loop::{self, Demand, Gains, Sight};
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::Ap;
@@ -92,7 +92,7 @@ impl ClosedLoop {
     }
 
     /// Where the field is to be in this tick, for the encoder's position as the field sees it.
-    fn regulate(&mut self, ramp: &mut Ramp, encoder: i32) -> i32 {
+    fn regulate(&mut self, ramp: &mut Generator, encoder: i32) -> i32 {
         let moved = encoder.wrapping_sub(self.encoder);
         self.encoder = encoder;
         let (demand, error) = match self.torque {
@@ -118,7 +118,7 @@ impl ClosedLoop {
 }
 
 /// Takes the ramp along with the encoder when it is too far away; gives back how far it is ahead.
-fn keep_near(ramp: &mut Ramp, encoder: i32) -> i32 {
+fn keep_near(ramp: &mut Generator, encoder: i32) -> i32 {
     let error = ramp.position().wrapping_sub(encoder);
     let near = error.clamp(-SPEED_LEAD, SPEED_LEAD);
     if near != error {

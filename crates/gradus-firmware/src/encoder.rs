@@ -10,10 +10,11 @@
 //!   again; it still reads as it was written.
 //! - Clearing makes the place of the event position 0. The position of the motor stays.
 
-use gradus_tmcl::catalogue::Ap;
+use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::axis::Axis;
 use crate::ports::{AxisInputs, NullEvent};
+use crate::settings::Settings;
 use crate::speed::Speeds;
 
 /// Turns encoder counts into microsteps: counts * microsteps a turn / counts a turn, plus an offset that SAP 209 sets.
@@ -26,15 +27,19 @@ pub(crate) struct Encoder {
     offset: i32,
     /// What the next null event does, `None` if nothing.
     null: Option<OnNull>,
+    /// What is read of the position until the next null event, if that is held.
+    held: Option<i32>,
 }
 
 /// What a null event does besides latching the positions.
 #[derive(Clone, Copy, Debug)]
-struct OnNull {
+pub(crate) struct OnNull {
     /// Makes the encoder's position there 0.
-    clears: bool,
+    pub(crate) clears: bool,
     /// Leaves all later events alone.
-    once: bool,
+    pub(crate) once: bool,
+    /// Only an event brings a new value to axis parameter 209.
+    pub(crate) holds: bool,
 }
 
 impl Encoder {
@@ -58,6 +63,7 @@ impl Encoder {
         self.last = raw;
         self.counts = 0;
         self.offset = position;
+        self.held = self.held.map(|_| position);
     }
 }
 
@@ -72,7 +78,8 @@ const CLEAR: i32 = 1 << 8;
 
 impl OnNull {
     fn new(mode: i32) -> Option<Self> {
-        (mode & (EVERY | NEXT) != 0).then_some(Self { clears: mode & CLEAR != 0, once: mode & EVERY == 0 })
+        let acts = mode & (EVERY | NEXT) != 0;
+        acts.then_some(Self { clears: mode & CLEAR != 0, once: mode & EVERY == 0, holds: false })
     }
 }
 
@@ -81,25 +88,54 @@ fn null_event(mode: i32) -> NullEvent {
     NullEvent { n: mode & N_HIGH != 0, ab }
 }
 
+impl Settings {
+    /// Microsteps in so many counts (axis parameters 140, 202 and 210).
+    fn encoder_scale(&self) -> (i64, i64) {
+        match self.chip {
+            MotionChip::Tmc428 => self.prescaler(),
+            _ => (self.microsteps_per_turn(), i64::from(self.get(Ap::EncoderResolution))),
+        }
+    }
+
+    /// What a null event does, and what it is (axis parameter 201; 210 of the TMCM-351).
+    fn encoder_null(&self) -> (Option<OnNull>, NullEvent) {
+        let mode = self.get(Ap::EncoderMode);
+        match self.chip {
+            MotionChip::Tmc428 => self.prescaler_null(),
+            _ => (OnNull::new(mode), null_event(mode)),
+        }
+    }
+}
+
 // The encoder on its axis.
 impl Axis {
     /// Makes the encoder fit the resolutions of the settings.
     pub(crate) fn scale_encoder<A: AxisInputs>(&mut self, port: &mut A) {
-        let counts_per_turn = i64::from(self.settings.get(Ap::EncoderResolution));
-        self.encoder.set_scale(self.settings.microsteps_per_turn(), counts_per_turn, port.encoder());
+        let (microsteps, counts) = self.settings.encoder_scale();
+        self.encoder.set_scale(microsteps, counts, port.encoder());
     }
 
     /// Waits for null events as the encoder mode says.
     pub(crate) fn arm_encoder<A: AxisInputs>(&mut self, port: &mut A) {
-        let mode = self.settings.get(Ap::EncoderMode);
-        self.encoder.null = OnNull::new(mode);
-        port.watch_null(self.encoder.null.map(|_| null_event(mode)));
+        let (on_null, event) = self.settings.encoder_null();
+        self.encoder.null = on_null;
+        port.watch_null(on_null.map(|_| event));
+        self.encoder.held = None;
+        if on_null.is_some_and(|null| null.holds) {
+            self.encoder.held = Some(self.encoder.position(port.encoder()));
+        }
     }
 
     /// Position of the encoder in microsteps.
     pub(crate) fn encoder_position<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
         self.watch_null(port);
         self.encoder.position(port.encoder())
+    }
+
+    /// What GAP 209 answers.
+    pub(crate) fn shown_encoder_position<A: AxisInputs>(&mut self, port: &mut A) -> i32 {
+        let position = self.encoder_position(port);
+        self.encoder.held.unwrap_or(position)
     }
 
     /// Looks for a null event, if one is waited for.
@@ -122,6 +158,9 @@ impl Axis {
         self.settings.set(Ap::LatchedEncoderPosition, then);
         if action.clears && self.closed.is_none() {
             self.encoder.set_position(0, raw);
+        }
+        if action.holds {
+            self.encoder.held = Some(self.encoder.position(raw));
         }
         if action.once {
             self.encoder.null = None;

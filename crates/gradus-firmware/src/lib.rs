@@ -45,6 +45,7 @@ mod stap;
 mod steppers;
 mod supervision;
 mod ticks;
+mod tmc428;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};

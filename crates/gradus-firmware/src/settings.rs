@@ -1,13 +1,17 @@
 //! Axis parameters: what the user has set, and what a tick needs of it.
 
-use gradus_motion::{Gains, Limits};
-use gradus_tmcl::catalogue::{Ap, Module};
+use gradus_motion::{Gains, Limits, Profile};
+use gradus_tmcl::catalogue::{Ap, Module, MotionChip};
 
 use crate::speed::LowPass;
 
 /// Values of axis parameters, by meaning.
 #[derive(Clone, Debug)]
-pub(crate) struct Settings([i32; Ap::COUNT]);
+pub(crate) struct Settings {
+    /// Decides what some of them mean.
+    pub(crate) chip: MotionChip,
+    values: [i32; Ap::COUNT],
+}
 
 impl Settings {
     pub(crate) fn factory(catalogue: &Module) -> Self {
@@ -15,12 +19,12 @@ impl Settings {
         for row in catalogue.axis_parameters {
             values[row.id as usize] = row.default.unwrap_or(0) as i32;
         }
-        Self(values)
+        Self { chip: catalogue.chip, values }
     }
 
     #[inline]
     pub(crate) fn get(&self, id: Ap) -> i32 {
-        self.0[id as usize]
+        self.values[id as usize]
     }
 
     /// The value, 0 if it is negative.
@@ -29,14 +33,22 @@ impl Settings {
     }
 
     pub(crate) fn set(&mut self, id: Ap, value: i32) {
-        self.0[id as usize] = value;
+        self.values[id as usize] = value;
     }
 }
 
 // What depends on them.
 impl Settings {
-    /// The ramp per control tick, of the shape that axis parameter 14 selects.
-    pub(crate) fn gains(&self, tick_hz: u32) -> Gains {
+    /// The ramp per control tick.
+    pub(crate) fn profile(&self, tick_hz: u32) -> Profile {
+        match self.chip {
+            MotionChip::Tmc428 => Profile::Tmc428(self.tmc428_limits().gains(tick_hz)),
+            _ => Profile::Physical(self.gains(tick_hz)),
+        }
+    }
+
+    /// The ramp of the shape that axis parameter 14 selects.
+    fn gains(&self, tick_hz: u32) -> Gains {
         const S_SHAPED: i32 = 1;
         let gains = self.limits().gains(tick_hz);
         if self.get(Ap::RampType) == S_SHAPED { gains.s_shaped(self.bows()) } else { gains }
@@ -81,10 +93,29 @@ impl Settings {
         }
     }
 
+    /// How a stop switch stops (axis parameters 34 and 21; 149 of the TMCM-351).
+    fn switch_stop(&self) -> Stop {
+        match (self.get(Ap::SoftStop), self.chip) {
+            (0, _) => Stop::Hard,
+            (_, MotionChip::Tmc428) => Stop::Ramp,
+            _ => self.linear_stop(),
+        }
+    }
+
+    /// The left and the right stop switch (axis parameters 13 and 12).
+    fn stop_switches(&self) -> [StopSwitch; 2] {
+        match self.chip {
+            MotionChip::Tmc428 => {
+                [Ap::LeftSwitchDisable, Ap::RightSwitchDisable].map(|id| StopSwitch::active_high(self.get(id) == 0))
+            }
+            _ => [Ap::LeftSwitchEnable, Ap::RightSwitchEnable].map(|id| StopSwitch::new(self.get(id))),
+        }
+    }
+
     pub(crate) fn derive(&self) -> Derived {
         let get = |id| self.get(id);
         let current = |id| get(id).clamp(0, 255) as u8;
-        let soft_stop = if get(Ap::SoftStop) != 0 { self.linear_stop() } else { Stop::Hard };
+        let [stop_left, stop_right] = self.stop_switches();
         Derived {
             phase_shift: 8 - self.resolution(),
             reversed: get(Ap::ReverseShaft) != 0,
@@ -92,10 +123,10 @@ impl Settings {
             boost_current: current(Ap::BoostCurrent),
             standby_current: current(Ap::StandbyCurrent),
             power_down_us: u64::from(self.unsigned(Ap::PowerDownDelay)) * 10_000,
-            stop_right: StopSwitch::new(get(Ap::RightSwitchEnable)),
-            stop_left: StopSwitch::new(get(Ap::LeftSwitchEnable)),
+            stop_right,
+            stop_left,
             swapped: get(Ap::SwapSwitches) != 0,
-            switch_stop: soft_stop,
+            switch_stop: self.switch_stop(),
             virtual_left: (get(Ap::VirtualStopEnable) & 1 != 0).then(|| get(Ap::VirtualStopLeft)),
             virtual_right: (get(Ap::VirtualStopEnable) & 2 != 0).then(|| get(Ap::VirtualStopRight)),
             virtual_stop: match get(Ap::VirtualStopMode) {
@@ -175,6 +206,10 @@ impl Derived {
 impl StopSwitch {
     fn new(setting: i32) -> Self {
         Self { enabled: setting & 1 != 0, active_high: setting & 2 != 0 }
+    }
+
+    fn active_high(enabled: bool) -> Self {
+        Self { enabled, active_high: true }
     }
 
     /// True if the switch stops the motor.

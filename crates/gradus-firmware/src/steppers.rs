@@ -6,7 +6,7 @@
 
 use core::iter::zip;
 
-use gradus_motion::Line;
+use gradus_motion::{Generator, Line};
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
@@ -106,7 +106,10 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
 
     #[inline]
     fn switches(&mut self, index: usize, ports: &mut P) -> Switches {
-        ports.axis(index).switches()
+        match self.axes.get(index) {
+            Some(axis) => axis.switches(ports.axis(index)),
+            None => Switches::default(),
+        }
     }
 
     #[inline]
@@ -138,9 +141,9 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
     #[inline]
     fn tick(&mut self, index: usize, now: u64, switches: Switches, ports: &mut P) -> Events {
         let line = &self.line;
-        let lead = |ramp: &mut _| {
+        let lead = |ramp: &mut Generator| {
             if let Some(line) = line {
-                line.lead(index, ramp);
+                ramp.follow(line, index);
             }
         };
         match self.axes.get_mut(index) {
@@ -234,7 +237,7 @@ impl Steppers {
         let paths = self.axes.each_ref().map(|axis| {
             let taking_part = motors & 1 << index != 0;
             index += 1;
-            taking_part.then(|| axis.ramp())
+            taking_part.then(|| axis.course())
         });
         self.line = Some(Line::new(paths));
         for axis in members(motors) {

@@ -1,7 +1,7 @@
 //! What stops an axis or takes it over: stop switches, virtual stops, stall, deviation from the encoder, reference search.
 
 use gradus_tmcl::Status;
-use gradus_tmcl::catalogue::Ap;
+use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::axes::Events;
 use crate::axis::Axis;
@@ -10,10 +10,22 @@ use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way
 use crate::settings::Stop;
 
 /// Bits of axis parameter 207.
-const STALL_ERROR: i32 = 1;
-const DEVIATION_ERROR: i32 = 2;
-/// Not in the manual: a reference search has failed.
-const SEARCH_ERROR: i32 = 4;
+#[derive(Clone, Copy, Debug)]
+struct ErrorBits {
+    stall: i32,
+    deviation: i32,
+    /// A reference search has failed; not in the manuals, and the TMCM-351 has no room for it.
+    search: i32,
+}
+
+impl ErrorBits {
+    const fn of(chip: MotionChip) -> Self {
+        match chip {
+            MotionChip::Tmc428 => Self { stall: 2, deviation: 1, search: 0 },
+            _ => Self { stall: 1, deviation: 2, search: 4 },
+        }
+    }
+}
 
 // What stops a motor.
 impl Axis {
@@ -54,7 +66,7 @@ impl Axis {
 
     /// Which way the motor turns, or would turn if nothing held it.
     fn heading(&self) -> i32 {
-        match self.ramp.speed_pps().signum() {
+        match self.ramp.speed().signum() {
             _ if self.torque_sign() != 0 => self.torque_sign(),
             0 if self.underway => self.ramp.target().wrapping_sub(self.ramp.position()).signum(),
             0 => self.settings.get(Ap::TargetSpeed).signum(),
@@ -80,16 +92,28 @@ impl Axis {
         }
     }
 
+    fn error_bits(&self) -> ErrorBits {
+        ErrorBits::of(self.settings.chip)
+    }
+
+    /// What GAP 207 answers. Reading clears the flags; on the TMCM-351 only the next motion command does.
+    pub(crate) fn error_flags(&mut self) -> i32 {
+        match self.settings.chip {
+            MotionChip::Tmc428 => self.errors,
+            _ => core::mem::take(&mut self.errors),
+        }
+    }
+
     /// Stall and deviation from the encoder stop the motor at once.
     pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, now: u64, port: &mut A) -> Events {
         let mut events = Events::default();
         let derived = self.derived;
         if derived.stall_speed_pps != 0
-            && self.ramp.speed_pps().unsigned_abs() > derived.stall_speed_pps
+            && self.ramp.speed().unsigned_abs() > derived.stall_speed_pps
             && port.driver().flags & DriverState::STALL != 0
         {
             self.halt();
-            self.errors |= STALL_ERROR;
+            self.errors |= self.error_bits().stall;
             events.stalled = true;
         }
         if self.deviates(port) {
@@ -98,7 +122,7 @@ impl Axis {
             self.ramp.set_position(encoder);
             self.ramp.set_target(target);
             self.rest_speeds(now, port);
-            self.errors |= DEVIATION_ERROR;
+            self.errors |= self.error_bits().deviation;
             events.deviated = true;
         }
         events
@@ -181,7 +205,7 @@ impl Axis {
     /// Ends a search that has not found its switch.
     pub(crate) fn abandon_search(&mut self) {
         if self.search.take().is_some() {
-            self.errors |= SEARCH_ERROR;
+            self.errors |= self.error_bits().search;
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration;
 
-use gradus_sim::{Bench, Link as BenchLink, LinkKind, VIRTUAL_MODULES};
+use gradus_sim::{Bench, Link as BenchLink, LinkKind, is_virtual, virtual_names};
 use gradus_tmcl::catalogue::Module;
 
 use crate::Stream;
@@ -20,9 +20,8 @@ pub struct SimStream {
 impl SimStream {
     /// Builds the module on the default machine and switches it on.
     pub fn open(module: &'static Module) -> Result<Self, String> {
-        if !VIRTUAL_MODULES.iter().any(|known| known.number == module.number) {
-            let names: Vec<&str> = VIRTUAL_MODULES.iter().map(|module| module.name).collect();
-            return Err(format!("there is no virtual {}, only {}", module.name, names.join(", ")));
+        if !is_virtual(module) {
+            return Err(format!("there is no virtual {}, only {}", module.name, virtual_names()));
         }
         Ok(Self::to(Bench::with_defaults(module)))
     }

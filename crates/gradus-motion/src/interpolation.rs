@@ -30,7 +30,7 @@ const SHARE_BITS: u32 = 62;
 /// let mut axes = [Ramp::new(limits.gains(10_000)); 2];
 /// axes[0].move_to(51_200);
 /// axes[1].move_to(-12_800);
-/// let mut line = Line::new(axes.each_ref().map(Some));
+/// let mut line = Line::new(axes.each_ref().map(|axis| Some(axis.course())));
 /// while !line.is_done() {
 ///     line.tick();
 ///     for (number, axis) in axes.iter_mut().enumerate() {
@@ -60,18 +60,35 @@ struct Share {
     acceleration: i64,
 }
 
+/// What a line has to know of an axis.
+#[derive(Clone, Copy, Debug)]
+pub struct Course<'a> {
+    /// Distance to its target by the short way.
+    pub(crate) distance: i32,
+    pub(crate) gains: &'a Gains,
+}
+
+/// Where a line has led an axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    /// Position relative to the target, 32 fraction bits; it wraps.
+    pub(crate) from_target_q32: i64,
+    /// Microsteps a tick, 48 fraction bits.
+    pub(crate) speed_q48: i64,
+}
+
 impl<const N: usize> Line<N> {
     /// A line for axes that stand, each with its target set; `None` takes no part.
-    pub fn new(axes: [Option<&Ramp>; N]) -> Self {
+    pub fn new(axes: [Option<Course>; N]) -> Self {
         let mut path = Ramp::new(Limits::default().gains(1));
         let mut length = 0;
-        if let Some(farthest) = axes.into_iter().flatten().max_by_key(|axis| axis.distance().unsigned_abs()) {
-            length = farthest.distance().max(-i32::MAX); // the one distance without a positive counterpart is cut short
+        if let Some(farthest) = axes.iter().flatten().max_by_key(|axis| axis.distance.unsigned_abs()) {
+            length = farthest.distance.max(-i32::MAX); // the one distance without a positive counterpart is cut short
             path.set_position(-length);
             path.set_gains(path_gains(farthest, &axes));
             path.move_to(0);
         }
-        Self { path, axes: axes.map(|axis| Share::new(axis.map_or(0, Ramp::distance), length)) }
+        Self { path, axes: axes.map(|axis| Share::new(axis.map_or(0, |axis| axis.distance), length)) }
     }
 
     /// Advances the path by one control tick.
@@ -89,6 +106,12 @@ impl<const N: usize> Line<N> {
         if self.is_done() {
             ramp.plan();
         }
+    }
+
+    /// Where the last tick took axis number `axis`, if it takes part.
+    pub(crate) fn place(&self, axis: usize) -> Option<Place> {
+        let share = self.axes.get(axis).filter(|share| share.distance != 0)?;
+        Some(Place { from_target_q32: share.position, speed_q48: share.speed })
     }
 
     /// Whether axis number `axis` takes part: it has a way to go.
@@ -129,8 +152,8 @@ impl Share {
 }
 
 /// The limits of the path: those of the axis with the longest way, lowered to what the others allow.
-fn path_gains<const N: usize>(farthest: &Ramp, axes: &[Option<&Ramp>; N]) -> Gains {
-    let others = axes.iter().flatten().filter(|axis| !core::ptr::eq(**axis, farthest) && axis.distance() != 0);
-    let length = farthest.distance().unsigned_abs();
-    others.fold(*farthest.gains(), |path, axis| path.lowered(axis.gains(), length, axis.distance().unsigned_abs()))
+fn path_gains<const N: usize>(farthest: &Course, axes: &[Option<Course>; N]) -> Gains {
+    let others = axes.iter().flatten().filter(|axis| !core::ptr::eq(*axis, farthest) && axis.distance != 0);
+    let length = farthest.distance.unsigned_abs();
+    others.fold(*farthest.gains, |path, axis| path.lowered(axis.gains, length, axis.distance.unsigned_abs()))
 }

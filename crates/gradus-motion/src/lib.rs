@@ -20,6 +20,8 @@
 //!
 //! A ramp is trapezoidal or six-point, or S-shaped if its gains were made with [`Gains::s_shaped`].
 //!
+//! [`Tmc428Ramp`] is the generator of an older chip with units of its own ([`Tmc428Units`]), and [`Generator`] is either.
+//!
 //! A tick adds some integers; only where one phase ends and the next begins does it plan, with a bounded number of
 //! multiplications and divisions. Trapezoids are planned in integers, and every sum is exact. S-shaped ramps are
 //! planned in `f64`, by operations that round alike everywhere. So motion is equal to the bit on every machine, ends
@@ -35,16 +37,22 @@ extern crate std;
 
 pub mod closed_loop;
 pub mod foc;
+mod generator;
 mod interpolation;
 mod limits;
 mod plan;
 mod ramp;
 mod s_plan;
 mod s_ramp;
+mod tmc428;
+mod tmc428_ramp;
 
 #[cfg(test)]
 mod tests;
 
-pub use interpolation::Line;
+pub use generator::{Generator, Profile};
+pub use interpolation::{Course, Line};
 pub use limits::{Gains, Limits};
 pub use ramp::Ramp;
+pub use tmc428::{Factor, Tmc428Gains, Tmc428Limits, Tmc428Units};
+pub use tmc428_ramp::{Approach, Tmc428Ramp};

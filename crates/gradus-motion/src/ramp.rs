@@ -1,5 +1,6 @@
 //! The ramp generator of one axis: its state, and what a control tick does.
 
+use crate::interpolation::Course;
 use crate::limits::{FRACTION_BITS, Gains};
 use crate::plan::{Brake, FAR, Leg, Phase};
 use crate::s_plan::Shape;
@@ -174,9 +175,9 @@ impl Ramp {
         self.phase.ticks == 0 && self.curve.is_none()
     }
 
-    /// Its limits per tick.
-    pub fn gains(&self) -> &Gains {
-        &self.gains
+    /// What a line has to know of the axis.
+    pub fn course(&self) -> Course<'_> {
+        Course { distance: self.distance(), gains: &self.gains }
     }
 
     /// Distance to the target by the short way.

@@ -8,6 +8,7 @@ mod moves;
 mod s_changes;
 mod s_moves;
 mod smooth;
+mod tmc428;
 
 use proptest::prelude::*;
 

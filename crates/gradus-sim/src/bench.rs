@@ -5,14 +5,24 @@ use std::collections::VecDeque;
 use gradus_firmware::{Link, LinkKind, Module};
 use gradus_plant::Readings;
 use gradus_plant::STEP_US;
-use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_3351};
+use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
 use crate::{Eeprom, Machine};
 
 /// The modules whose firmware really runs; the others are in the catalogue only.
-pub const VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351];
+pub static VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351, &TMCM_351];
+
+/// Whether the firmware of a module runs.
+pub fn is_virtual(module: &catalogue::Module) -> bool {
+    VIRTUAL_MODULES.iter().any(|known| known.model == module.model)
+}
+
+/// The names of [`VIRTUAL_MODULES`], for messages.
+pub fn virtual_names() -> String {
+    VIRTUAL_MODULES.iter().map(|module| module.name.to_lowercase()).collect::<Vec<_>>().join(", ")
+}
 
 /// The firmware of a virtual module with its machine and memory.
 pub type Firmware = Module<Machine, Eeprom>;

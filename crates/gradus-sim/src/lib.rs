@@ -28,7 +28,7 @@ mod segment;
 mod serve;
 mod wakes;
 
-pub use bench::{Bench, Firmware, VIRTUAL_MODULES};
+pub use bench::{Bench, Firmware, VIRTUAL_MODULES, is_virtual, virtual_names};
 pub use bench_file::{BenchFile, BenchFileError};
 pub use can_bus::Can;
 pub use eeprom::{Eeprom, EepromError};

@@ -8,7 +8,7 @@ use std::fmt;
 use gradus_tmcl::catalogue::Module;
 use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
-use crate::VIRTUAL_MODULES;
+use crate::{is_virtual, virtual_names};
 
 /// What a number must be.
 struct Number {
@@ -125,7 +125,6 @@ pub(crate) fn microseconds<'de, D: Deserializer<'de>>(value: D) -> Result<u64, D
 /// A module that runs, by its name.
 pub(crate) fn virtual_module<'de, D: Deserializer<'de>>(value: D) -> Result<&'static Module, D::Error> {
     let name = String::deserialize(value)?;
-    let module = Module::named(&name).filter(|module| VIRTUAL_MODULES.iter().any(|runs| runs.number == module.number));
-    let names = || VIRTUAL_MODULES.iter().map(|module| module.name.to_lowercase()).collect::<Vec<_>>().join(", ");
-    module.ok_or_else(|| D::Error::custom(format!("expected a module that runs, {}, not `{name}`", names())))
+    let module = Module::named(&name).filter(|module| is_virtual(module));
+    module.ok_or_else(|| D::Error::custom(format!("expected a module that runs, {}, not `{name}`", virtual_names())))
 }

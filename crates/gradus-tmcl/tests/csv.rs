@@ -52,6 +52,15 @@ fn limit(text: &str, ours: Option<i64>) -> Option<i64> {
     optional(text).or(ours)
 }
 
+/// A limit of an axis parameter. The table of the TMCM-351 has positions of 24 bits; those of its firmware 4.45 have 32.
+fn axis_limit(module: &Module, text: &str, ours: Option<i64>) -> Option<i64> {
+    match limit(text, ours) {
+        Some(-8_388_608) if module.model == Model::Tmcm351 => Some(i32::MIN.into()),
+        Some(8_388_607) if module.model == Model::Tmcm351 => Some(i32::MAX.into()),
+        limit => limit,
+    }
+}
+
 /// A number or a bit that a list of values names.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Named {
@@ -115,6 +124,7 @@ fn axis_parameters_are_those_of_the_reference() {
         let theirs = rows.iter().map(|row| {
             let number = row["number"].parse().unwrap();
             let ours = module.axis_parameter(number);
+            let limit = |text: &str, ours| axis_limit(module, text, ours);
             let (min, max) = (limit(&row["min"], ours.map(|p| p.min)), limit(&row["max"], ours.map(|p| p.max)));
             let fact = (row["name"].clone(), min, max, row["unit"].clone(), optional(&row["default"]));
             (number, (fact, row["access"].clone(), named_in_reference(&row["values"])))

@@ -9,7 +9,7 @@ use crate::Line;
 fn run_line(axes: &mut [Watched; 3]) -> u32 {
     let starts = axes.each_ref().map(|axis| axis.ramp.position());
     let distances = axes.each_ref().map(|axis| f64::from(axis.ramp.distance()));
-    let mut line = Line::new(axes.each_ref().map(|axis| Some(&axis.ramp)));
+    let mut line = Line::new(axes.each_ref().map(|axis| Some(axis.ramp.course())));
     let mut ticks = 0;
     while !line.is_done() {
         line.tick();
@@ -74,7 +74,7 @@ fn speeds_on_the_line_read_in_proportion() {
         axis.move_to(target);
         axis
     });
-    let mut line = Line::new(axes.each_ref().map(|axis| Some(&axis.ramp)));
+    let mut line = Line::new(axes.each_ref().map(|axis| Some(axis.ramp.course())));
     for _ in 0..10_000 {
         line.tick();
         axes.iter_mut().enumerate().for_each(|(number, axis)| line.lead(number, &mut axis.ramp));
@@ -100,7 +100,7 @@ fn axis_no_longer_led_goes_on_by_itself() {
         axis.move_to(target);
         axis
     });
-    let mut line = Line::new(axes.each_ref().map(|axis| Some(&axis.ramp)));
+    let mut line = Line::new(axes.each_ref().map(|axis| Some(axis.ramp.course())));
     for _ in 0..5_000 {
         line.tick();
         axes.iter_mut().enumerate().for_each(|(number, axis)| line.lead(number, &mut axis.ramp));

@@ -58,7 +58,7 @@ proptest! {
     ) {
         let mut ramps = curved.map(|curved| curved.ramp());
         ramps.iter_mut().zip(distances).for_each(|(ramp, distance)| ramp.move_to(distance));
-        let mut line = Line::new(ramps.each_ref().map(Some));
+        let mut line = Line::new(ramps.each_ref().map(|ramp| Some(ramp.course())));
         while !line.is_done() {
             line.tick();
             for (number, ramp) in ramps.iter_mut().enumerate() {
@@ -212,7 +212,7 @@ fn axis_no_longer_led_goes_on_by_itself() {
     let mut ramps = [EVEN.ramp(); 2];
     ramps[0].move_to(100_000);
     ramps[1].move_to(-50_000);
-    let mut line = Line::new(ramps.each_ref().map(Some));
+    let mut line = Line::new(ramps.each_ref().map(|ramp| Some(ramp.course())));
     for _ in 0..3_000 {
         line.tick();
         ramps.iter_mut().enumerate().for_each(|(number, ramp)| line.lead(number, ramp));
@@ -232,7 +232,7 @@ fn line_has_the_shape_of_its_longest_move() {
     for (distances, s_shaped) in [([51_200, 20_000], true), ([20_000, -51_200], false)] {
         let mut ramps = [EVEN.ramp(), Ramp::new(EVEN.limits.gains(TICK_HZ))];
         ramps.iter_mut().zip(distances).for_each(|(ramp, distance)| ramp.move_to(distance));
-        let mut line = Line::new(ramps.each_ref().map(Some));
+        let mut line = Line::new(ramps.each_ref().map(|ramp| Some(ramp.course())));
         let mut ticks = 0;
         while !line.is_done() {
             line.tick();

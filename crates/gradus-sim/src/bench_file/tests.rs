@@ -132,7 +132,7 @@ fn events_happen_at_their_time() {
 fn problems_name_line_and_key_and_say_what_is_expected() {
     let cases = [
         ("module = 3351", "1: module: invalid type: integer `3351`, expected a string"),
-        ("module = 'tmcm-351'", "1: module: expected a module that runs, tmcm-3351, not `tmcm-351`"),
+        ("module = 'tmcm-1617'", "1: module: expected a module that runs, tmcm-3351, tmcm-351, not `tmcm-1617`"),
         (
             "axes = 3",
             "2: axes: unknown field `axes`, expected one of `module`, `supply`, `temperature`, `axis`, `io`, `event`",

@@ -72,6 +72,18 @@ pub enum Model {
     Tmcm351,
 }
 
+/// What makes the motion of a module. It decides the units of its axes, how their switches are wired, and how its driver
+/// chips report.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum MotionChip {
+    /// Ramps in microsteps and seconds.
+    Tmc4361,
+    /// Ramps in units of its own, see axis parameters 153 and 154 of the TMCM-351.
+    Tmc428,
+    /// Field-oriented control.
+    Tmc4671,
+}
+
 /// A module: its identity, its sizes and its tables.
 #[derive(Debug)]
 pub struct Module {
@@ -85,6 +97,8 @@ pub struct Module {
     pub version: (u8, u8),
     /// The eight characters that command 136 type 0 answers.
     pub version_text: &'static [u8; 8],
+    /// What makes its motion.
+    pub chip: MotionChip,
     /// Number of axes.
     pub axes: u8,
     /// Commands of program memory.

@@ -8,7 +8,7 @@ use super::module::{axis_rows, global_rows, modes, port};
 use super::parameter::{
     AUTO_START, CAN_BIT_RATES, DOWNLOAD, PROTECTION, REPLY, RESTORE, RUN_STATES, axis, bits, global, one,
 };
-use super::{Ap, AxisParameter, GlobalParameter, Gp, Model, Module, Port, Values};
+use super::{Ap, AxisParameter, GlobalParameter, Gp, Model, Module, MotionChip, Port, Values};
 
 /// The TMCM-1617.
 pub static TMCM_1617: Module = Module {
@@ -17,6 +17,7 @@ pub static TMCM_1617: Module = Module {
     number: 1617,
     version: (1, 8),
     version_text: b"1617V108",
+    chip: MotionChip::Tmc4671,
     axes: 1,
     program_len: 1024,
     coordinates: 0,

@@ -9,7 +9,9 @@ use super::parameter::{
     AUTO_START, BAUD_RATES, CAN_BIT_RATES, COORDINATE_STORAGE, DOWNLOAD, EDGES, LEVELS, PROTECTION, REPLY, RESTORE,
     RUN_STATES, axis, bits, global, one, span,
 };
-use super::{Ap, AxisParameter, GlobalParameter, Gp, Interrupt, InterruptKind, Model, Module, Port, Values};
+use super::{
+    Ap, AxisParameter, GlobalParameter, Gp, Interrupt, InterruptKind, Model, Module, MotionChip, Port, Values,
+};
 
 /// The TMCM-3351.
 pub static TMCM_3351: Module = Module {
@@ -18,6 +20,7 @@ pub static TMCM_3351: Module = Module {
     number: 3351,
     version: (1, 11),
     version_text: b"3351V111",
+    chip: MotionChip::Tmc4361,
     axes: 3,
     program_len: 6144,
     coordinates: 21,

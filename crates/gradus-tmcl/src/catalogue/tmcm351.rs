@@ -9,7 +9,7 @@ use super::parameter::{
     AUTO_START, BAUD_RATES, CAN_BIT_RATES, COORDINATE_STORAGE, DOWNLOAD, EDGES, LEVELS, PROTECTION, RESTORE,
     RUN_STATES, axis, bits, global, one, span,
 };
-use super::{Ap, AxisParameter, GlobalParameter, Gp, Model, Module, Port, Values};
+use super::{Ap, AxisParameter, GlobalParameter, Gp, Model, Module, MotionChip, Port, Values};
 
 /// The TMCM-351.
 pub static TMCM_351: Module = Module {
@@ -18,6 +18,7 @@ pub static TMCM_351: Module = Module {
     number: 351,
     version: (4, 45),
     version_text: b"351V.445",
+    chip: MotionChip::Tmc428,
     axes: 3,
     program_len: 2048,
     coordinates: 21,
@@ -35,8 +36,8 @@ pub static TMCM_351: Module = Module {
 /// Axis parameters (§5.7.5, §5.7.6).
 #[rustfmt::skip]
 const AXIS: &[AxisParameter] = &[
-    axis(Ap::TargetPosition, 0, "target (next) position", "APNextPosition", -8388608, 8388607, Microsteps, Some(0), Rw, Any, "Where position mode goes; MVP sets it (§5.7.5)."),
-    axis(Ap::ActualPosition, 1, "actual position", "APActualPosition", -8388608, 8388607, Microsteps, Some(0), Rw, Any, "Position counter; write it only to define the origin (§5.7.5)."),
+    axis(Ap::TargetPosition, 0, "target (next) position", "APNextPosition", -2147483648, 2147483647, Microsteps, Some(0), Rw, Any, "Where position mode goes; MVP sets it (§5.7.5)."),
+    axis(Ap::ActualPosition, 1, "actual position", "APActualPosition", -2147483648, 2147483647, Microsteps, Some(0), Rw, Any, "Position counter; write it only to define the origin (§5.7.5)."),
     axis(Ap::TargetSpeed, 2, "target (next) speed", "APNextVelocity", -2047, 2047, Tmc428Speed, Some(0), Rw, Any, "Signed speed asked of velocity mode; position mode sets it itself (§5.7.5)."),
     axis(Ap::ActualSpeed, 3, "actual speed", "APActualVelocity", -2047, 2047, Tmc428Speed, Some(0), Rw, Any, "Signed speed at this moment (§5.7.5)."),
     axis(Ap::MaxSpeed, 4, "maximum positioning speed", "APMaxPositioningSpeed", 0, 2047, Tmc428Speed, Some(1000), Rwe, Any, "Top speed of position mode (§5.7.5)."),
@@ -60,7 +61,7 @@ const AXIS: &[AxisParameter] = &[
     axis(Ap::ReferenceSearchMode, 193, "referencing mode", "APRefSearchMode", 1, 3, Plain, Some(1), Rwe, REFERENCE_SEARCH_MODE, "Which switches a reference search looks for (§5.7.5)."),
     axis(Ap::ReferenceSearchSpeed, 194, "referencing search speed", "APRefSearchSpeed", 0, 2047, Tmc428Speed, Some(1000), Rwe, Any, "Speed of looking for a switch (§5.7.5)."),
     axis(Ap::ReferenceSwitchSpeed, 195, "referencing switch speed", "APRefSwitchSpeed", 0, 2047, Tmc428Speed, Some(250), Rwe, Any, "Speed of finding the switching point (§5.7.5)."),
-    axis(Ap::EndSwitchDistance, 196, "distance end switches", "APDistanceEndSwitches", 0, 8388607, Microsteps, Some(0), R, Any, "Distance between the end switches, measured by search modes 2 and 3 (§5.7.6)."),
+    axis(Ap::EndSwitchDistance, 196, "distance end switches", "APDistanceEndSwitches", 0, 2147483647, Microsteps, Some(0), R, Any, "Distance between the end switches, measured by search modes 2 and 3 (§5.7.6)."),
     axis(Ap::LastReferencePosition, 197, "last reference position", "APLastReferencePosition", -2147483648, 2147483647, Plain, Some(0), R, Any, "Position that a reference search replaced by zero (Rev. 1.06)."),
     axis(Ap::BoostCurrent, 200, "boost current", "APBoostCurrent", 0, 255, Plain, Some(0), Rwe, Notes(&[one(0, "use AP 6")]), "Current while the speed changes, scaled as AP 6; 0 takes AP 6 (Rev. 1.06)."),
     axis(Ap::MixedDecay, 203, "mixed decay threshold", "APMixedDecay", -1, 2048, Tmc428Speed, Some(2048), Rwe, MIXED_DECAY, "Speed from which the driver mixes its decay modes (§5.7.5)."),
@@ -69,7 +70,7 @@ const AXIS: &[AxisParameter] = &[
     axis(Ap::LoadValue, 206, "actual load value", "APActualStallguardValue", 0, 7, Plain, None, R, Any, "Load measured by the driver, more means more load (§5.7.6)."),
     axis(Ap::ExtendedErrorFlags, 207, "extended error flags", "APExtendedErrorFlags", 0, 3, Plain, Some(0), R, EXTENDED_ERROR_FLAGS, "What stopped the motor; cleared by the next motion command (Rev. 1.06)."),
     axis(Ap::DriverErrorFlags, 208, "driver error flags", "APDriverErrorFlags", 0, 255, Plain, None, R, DRIVER_ERROR_FLAGS, "Flags of the driver chip (§5.7.6; bits from Rev. 1.06)."),
-    axis(Ap::EncoderPosition, 209, "encoder position", "APEncoderPosition", -8388608, 8388607, EncoderSteps, Some(0), Rw, Any, "Counter of the encoder (§5.7.5)."),
+    axis(Ap::EncoderPosition, 209, "encoder position", "APEncoderPosition", -2147483648, 2147483647, EncoderSteps, Some(0), Rw, Any, "Counter of the encoder (§5.7.5)."),
     axis(Ap::EncoderPrescaler, 210, "encoder prescaler", "APEncoderPredivAndFlags", 64, 78463, Plain, Some(512), Rwe, PRESCALERS, "Code of the factor between encoder and position, with flags for the index (§5.7.5; values from Rev. 1.06)."),
     axis(Ap::FullStepThreshold, 211, "fullstep threshold", "APFullStepThreshold", 0, 2048, Tmc428Speed, Some(0), Rwe, Notes(&[one(0, "off"), one(2048, "off")]), "Speed from which the motor is driven in full steps (§5.7.5)."),
     axis(Ap::MaxEncoderDeviation, 212, "maximum encoder deviation", "APMaxEncoderDeviation", 0, 65535, EncoderSteps, Some(0), Rwe, Notes(&[one(0, "function off")]), "Distance between AP 1 and AP 209 that stops the motor (§5.7.5)."),
