@@ -25,6 +25,8 @@ pub(crate) struct Encoder {
     /// Microsteps a count, 32 fractional bits; derived when a parameter changes.
     constant_q32: i64,
     offset: i32,
+    /// The counter has changed since power-on: there is an encoder.
+    moved: bool,
     /// What the next null event does, `None` if nothing.
     null: Option<OnNull>,
     /// What is read of the position until the next null event, if that is held.
@@ -52,10 +54,16 @@ impl Encoder {
 
     /// Position in microsteps, for the counter's value `raw`.
     pub(crate) fn position(&mut self, raw: i32) -> i32 {
+        self.moved |= raw != self.last;
         self.counts = self.counts.wrapping_add(i64::from(raw.wrapping_sub(self.last)));
         self.last = raw;
         let microsteps = (i128::from(self.counts) * i128::from(self.constant_q32) + (1 << 31)) >> 32;
         (microsteps as i32).wrapping_add(self.offset)
+    }
+
+    /// Whether it says anything: it has counted since power-on, and a count is some microsteps.
+    pub(crate) fn is_there(&self) -> bool {
+        self.moved && self.constant_q32 != 0
     }
 
     /// Makes the position at the counter's value `raw` `position`.

@@ -13,8 +13,10 @@
 //!   legs brake with the ramp.
 //! - Modes 1 to 4 look at one end switch at a time; 7 and 8 at none. Modes 5 and 6 turn round once, at the end switch ahead
 //!   in the rough leg; at an end switch ahead in any later leg the search fails.
-//! - A search also fails when its motor does not move (a speed of 0, a stall or deviation that stops it, ENABLE low) and when
-//!   a leg gets longer than 2^30 microsteps. A failure zeroes nothing and sets a flag of its own in axis parameter 207.
+//! - A search also fails when its motor does not move: a speed of 0, a stall (181) or deviation (212, 213) that stops it,
+//!   ENABLE low, or a blocked shaft, whose encoder goes less than an eighth of a turn while the motor is to make a whole one
+//!   (if the encoder has counted since power-on). And it fails when a leg gets longer than 1000 turns of the motor, or 2^30
+//!   microsteps. A failure zeroes nothing and sets a flag of its own (4) in axis parameter 207.
 //! - RFS STOP, every motion command and a new value of axis parameter 1 end a search without a flag.
 //!
 //! Not here: the ramp and the parameters, which are the axis's.
@@ -25,8 +27,12 @@ use crate::ports::Switches;
 /// switch the next one counts that much later.
 const BOUNCE_TICKS: u8 = 50;
 
-/// Longest leg in microsteps: 20 000 turns of a common motor.
-const LONGEST_LEG: u32 = 1 << 30;
+/// Longest leg in turns of the motor, and in microsteps.
+const MOST_TURNS: i64 = 1_000;
+const MOST_MICROSTEPS: i64 = 1 << 30;
+
+/// A shaft is blocked when it makes less than this part of a turn in place of a whole one.
+const BLOCKED_PART: u32 = 8;
 
 /// Flags in the mode number.
 const EXCHANGED: i32 = 64;
@@ -173,6 +179,8 @@ static MODES: [Mode; 8] = [
 pub(crate) struct Sight {
     /// Position in microsteps.
     pub(crate) position: i32,
+    /// The same by the encoder, if there is one.
+    pub(crate) encoder: Option<i32>,
     /// The motor stands.
     pub(crate) standing: bool,
     /// The end switches are true when active; `home` is the level.
@@ -223,6 +231,8 @@ struct Run {
     leg: Leg,
     /// Position at its beginning.
     start: i32,
+    /// Position and encoder at the beginning of its latest turn.
+    turn_start: (i32, Option<i32>),
     /// The leg's switch is active.
     active: bool,
     /// Ticks until its next change counts.
@@ -243,6 +253,17 @@ impl Run {
         }
         changed
     }
+
+    /// Whether the shaft has not followed the motor in a whole turn.
+    fn is_blocked(&mut self, sight: Sight, turn: u32) -> bool {
+        let (position, encoder) = self.turn_start;
+        if sight.position.wrapping_sub(position).unsigned_abs() < turn {
+            return false;
+        }
+        self.turn_start = (sight.position, sight.encoder);
+        let way = encoder.zip(sight.encoder).map(|(from, to)| to.wrapping_sub(from).unsigned_abs());
+        way.is_some_and(|way| way < turn / BLOCKED_PART)
+    }
 }
 
 /// A search under way.
@@ -252,6 +273,9 @@ pub(crate) struct ReferenceSearch {
     mirrored: bool,
     /// Level of the home switch when it is active.
     home_level: bool,
+    /// Microsteps in a turn of the motor, and in the longest leg.
+    turn: u32,
+    longest_leg: u32,
     /// It has turned round at an end switch.
     reversed: bool,
     leg: u8,
@@ -261,14 +285,16 @@ pub(crate) struct ReferenceSearch {
 }
 
 impl ReferenceSearch {
-    /// A search of the mode of axis parameter 193, `None` if there is no such mode.
-    pub(crate) fn new(mode: i32) -> Option<Self> {
+    /// A search of the mode of axis parameter 193, `None` if there is no such mode. `turn` is a turn of the motor in microsteps.
+    pub(crate) fn new(mode: i32, turn: i64) -> Option<Self> {
         let number = mode & !(EXCHANGED | INVERTED);
         let row = MODES.get(usize::try_from(number.checked_sub(1)?).ok()?)?;
         Some(Self {
             mode: row,
             mirrored: row.mirrored != (mode & EXCHANGED != 0),
             home_level: mode & INVERTED == 0,
+            turn: turn.clamp(0, MOST_MICROSTEPS) as u32,
+            longest_leg: if turn == 0 { MOST_MICROSTEPS } else { (turn * MOST_TURNS).min(MOST_MICROSTEPS) } as u32,
             reversed: false,
             leg: 0,
             state: State::Resting(0),
@@ -302,13 +328,19 @@ impl ReferenceSearch {
             self.state = State::Returning;
             return Step::Move(self.zero());
         };
-        let run = Run { leg, start: sight.position, active: leg.switch.is_active(sight.switches), blind: 0 };
+        let run = Run {
+            leg,
+            start: sight.position,
+            turn_start: (sight.position, sight.encoder),
+            active: leg.switch.is_active(sight.switches),
+            blind: 0,
+        };
         self.watch(run, sight).unwrap_or(Step::Turn(leg.way, leg.pace))
     }
 
-    fn go_on(&mut self, run: Run, sight: Sight) -> Step {
+    fn go_on(&mut self, mut run: Run, sight: Sight) -> Step {
         let travel = sight.position.wrapping_sub(run.start).unsigned_abs();
-        let lost = sight.standing || travel > LONGEST_LEG;
+        let lost = sight.standing || run.is_blocked(sight, self.turn) || travel > self.longest_leg;
         self.watch(run, sight).unwrap_or(if lost { Step::Fail } else { Step::Continue })
     }
 

@@ -147,7 +147,8 @@ impl Axis {
     pub(crate) fn start_search(&mut self) -> Result<(), Status> {
         self.begin()?; // `rotate(0)` alone would not fail
         self.rotate(0)?;
-        self.search = ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode));
+        self.search =
+            ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode), self.settings.microsteps_per_turn());
         Ok(())
     }
 
@@ -163,8 +164,10 @@ impl Axis {
         let Switches { left, right, home } = self.swapped(levels);
         let (left, right) = (self.derived.stop_left.is_active(left), self.derived.stop_right.is_active(right));
         let switches = Switches { left, right, home };
+        let encoder = self.encoder.position(port.encoder());
+        let encoder = self.encoder.is_there().then_some(encoder);
         let Some(search) = &mut self.search else { return };
-        let sight = Sight { position: self.ramp.position(), standing: self.ramp.is_idle(), switches };
+        let sight = Sight { position: self.ramp.position(), encoder, standing: self.ramp.is_idle(), switches };
         match search.tick(sight) {
             Step::Continue => {}
             Step::Turn(way, pace) => self.ramp.rotate(self.search_speed(way, pace)),

@@ -371,13 +371,43 @@ fn speed_of_zero_fails_at_once() {
 }
 
 #[test]
-fn leg_without_end_fails_after_two_to_the_thirtieth_microsteps() {
-    let mut bench = bench(Slide { free: i32::MIN..=i32::MAX, ..Slide::default() }, 1);
-    bench.all("SAP 5, 0, 200000000; SAP 194, 0, 16777215; RFS START, 0");
-    bench.finish();
-    assert_eq!(bench.get(207), NOT_FOUND);
-    let travel = bench.get(1).unsigned_abs();
-    assert!((1 << 30..(1 << 30) + 5_000).contains(&travel), "{travel}");
+fn leg_without_end_fails_after_a_thousand_turns() {
+    for (resolutions, turns) in
+        [("", 51_200_000), ("SAP 140, 0, 4; SAP 202, 0, 400", 6_400_000), ("SAP 202, 0, 0", 1 << 30)]
+    {
+        let mut bench = bench(Slide { free: i32::MIN..=i32::MAX, ..Slide::default() }, 1);
+        bench.all(resolutions);
+        bench.all("SAP 5, 0, 200000000; SAP 194, 0, 16777215; RFS START, 0");
+        bench.finish();
+        assert_eq!(bench.get(207), NOT_FOUND);
+        let travel = bench.get(1).unsigned_abs();
+        assert!((turns..turns + 5_000).contains(&travel), "{resolutions}: {travel}");
+    }
+}
+
+#[test]
+fn blocked_shaft_fails_within_a_turn_if_there_is_an_encoder() {
+    // The encoder stops where the slide does; the wrong resolution does not hide it.
+    for (settings, turn) in [("", 51_200), ("SAP 210, 0, -1000", 51_200), ("SAP 202, 0, 400", 102_400)] {
+        for (mode, start) in [(1, LEFT_OF_ALL), (65, RIGHT_OF_ALL), (7, RIGHT_OF_HOME), (8, LEFT_OF_HOME)] {
+            let shaft = Slide::stopped_position;
+            let mut bench = bench(Slide { start, shaft, ..slide(WIDE) }, mode);
+            bench.all(settings);
+            bench.all("SAP 181, 0, 0; RFS START, 0");
+            bench.finish();
+            assert_eq!(bench.get(207), NOT_FOUND, "mode {mode}, {settings}");
+            bench.rest();
+            let beyond = (bench.slide(0).position() - bench.slide(0).stopped_position()).abs();
+            assert!((1_000..2 * turn).contains(&beyond), "mode {mode}, {settings}: {beyond} microsteps beyond");
+        }
+    }
+}
+
+#[test]
+fn missing_encoder_fails_no_search() {
+    let mut bench = search(Slide { start: 300_000, free: -10_000..=400_000, shaft: |_| 0, ..slide(WIDE) }, 1, "");
+    assert_eq!(bench.get(207), 0);
+    assert_near(bench.zero(), LEFT + WIDE, "mode 1 after six turns");
 }
 
 #[test]

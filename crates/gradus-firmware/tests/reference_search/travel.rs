@@ -27,6 +27,8 @@ pub struct Slide {
     pub released: Switches,
     /// Beyond it the driver reports a stall.
     pub free: Area,
+    /// Where the encoder sees the slide.
+    pub shaft: fn(&Slide) -> i32,
     /// For so many readings after a switch is pressed or released its level is random.
     pub bounce: u32,
     pub moving: Moving,
@@ -69,6 +71,7 @@ impl Default for Slide {
             home: NOWHERE,
             released: Switches::default(),
             free: i32::MIN..=i32::MAX,
+            shaft: Slide::position,
             bounce: 0,
             moving: Moving::default(),
         }
@@ -78,6 +81,11 @@ impl Default for Slide {
 impl Slide {
     pub fn position(&self) -> i32 {
         self.start.wrapping_add(self.moving.phase)
+    }
+
+    /// The position of a slide that stops where the driver reports a stall.
+    pub fn stopped_position(&self) -> i32 {
+        self.position().clamp(*self.free.start(), *self.free.end())
     }
 }
 
@@ -104,7 +112,7 @@ impl AxisInputs for Slide {
     }
 
     fn encoder(&mut self) -> i32 {
-        (i64::from(self.position()) * 4_096).div_euclid(51_200) as i32
+        (i64::from((self.shaft)(self)) * 4_096).div_euclid(51_200) as i32
     }
 
     fn watch_null(&mut self, _event: Option<NullEvent>) {}

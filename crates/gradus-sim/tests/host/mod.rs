@@ -15,13 +15,19 @@ impl Host {
         Self { bench, link }
     }
 
+    /// The value of the reply to a command that must not fail.
+    pub fn ask(&mut self, command: &str) -> i32 {
+        let instruction = Instruction::parse(command, &TMCM_3351).unwrap();
+        self.bench.send(&mut self.link, &Request { address: 1, instruction }.emit());
+        let reply = Reply::parse(&self.bench.take(&mut self.link).unwrap()).unwrap();
+        assert_eq!(reply.status, Status::OK, "{command}");
+        reply.value
+    }
+
     /// Executes commands between semicolons, none of which may fail.
     pub fn tell(&mut self, commands: &str) {
         for command in commands.split(';').map(str::trim).filter(|command| !command.is_empty()) {
-            let instruction = Instruction::parse(command, &TMCM_3351).unwrap();
-            self.bench.send(&mut self.link, &Request { address: 1, instruction }.emit());
-            let reply = Reply::parse(&self.bench.take(&mut self.link).unwrap()).unwrap();
-            assert_eq!(reply.status, Status::OK, "{command}");
+            self.ask(command);
         }
     }
 

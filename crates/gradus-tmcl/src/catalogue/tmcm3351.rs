@@ -141,7 +141,7 @@ const AXIS: &[AxisParameter] = &[
     axis(Ap::FullStepResolution, 202, "motor full step resolution", "APMotorFullStepResolution", 0, 65535, FullStepsPerTurn, Some(200), Rw, Any, "Full steps in a turn of the motor (§4, §6.2)."),
     axis(Ap::FreewheelingMode, 204, "freewheeling mode", "APFreeWheeling", 0, 3, Plain, Some(0), Rw, FREEWHEELING_MODE, "State of the coils at rest when the standby current is 0 (§4)."),
     axis(Ap::LoadValue, 206, "actual load value", "APActualStallguardValue", 0, 1023, Plain, None, R, Any, "StallGuard2 reading, 0 at the highest load (§4, §6.4)."),
-    axis(Ap::ExtendedErrorFlags, 207, "extended error flags", "APExtendedErrorFlags", 0, 3, Plain, Some(0), R, EXTENDED_ERROR_FLAGS, "What stopped the motor; cleared by reading and by the next motion command (§4)."),
+    axis(Ap::ExtendedErrorFlags, 207, "extended error flags", "APExtendedErrorFlags", 0, 3, Plain, Some(0), R, EXTENDED_ERROR_FLAGS, "What stopped the motor, and 4 for a reference search that has failed (not in the manual); cleared by reading and by the next motion command (§4)."),
     axis(Ap::DriverErrorFlags, 208, "motor driver error flags", "APDriverErrorFlags", 0, 255, Plain, None, R, DRIVER_ERROR_FLAGS, "Flags of the driver chip (§4)."),
     axis(Ap::EncoderPosition, 209, "encoder position", "APEncoderPosition", -2147483648, 2147483647, Microsteps, Some(0), Rw, Any, "Position of the encoder in microsteps; a reference search sets it to zero (§4, §6.2)."),
     axis(Ap::EncoderResolution, 210, "encoder resolution", "APEncoderPredivAndFlags", -65535, 65535, CountsPerTurn, Some(4096), Rw, Any, "Counts in a turn of the encoder; a negative number reverses it (§4, §6.2)."),
