@@ -37,4 +37,4 @@ pub use servo_motors::{Phases, SERVO_MOTORS, ServoMotor};
 pub use stepper::{Coil, Currents};
 pub use supply::Supply;
 pub use surroundings::Surroundings;
-pub use travel::{Home, Switch, Travel};
+pub use travel::{Switch, Travel, Vane};

@@ -16,24 +16,48 @@ impl Switch {
     pub const ALL: [Self; 3] = [Self::Left, Self::Right, Self::Home];
 }
 
-/// The vane of a home switch.
+/// The vane of a switch: the positions in which the carriage works it, in microsteps.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Home {
-    /// Its middle, in microsteps.
-    pub middle: i64,
-    /// Its width in microsteps; 0 closes the switch in one position only.
-    pub width: u64,
+pub struct Vane {
+    /// The lowest of them.
+    pub from: i64,
+    /// The highest of them.
+    pub to: i64,
+    /// The contact is a normally closed one: it opens here and is closed everywhere else.
+    pub opens: bool,
+}
+
+impl Vane {
+    /// From a place to another one, with a contact that closes.
+    pub fn between(from: i64, to: i64) -> Self {
+        Self { from, to, opens: false }
+    }
+
+    /// Here and in all positions below.
+    pub fn below(to: i64) -> Self {
+        Self::between(i64::MIN, to)
+    }
+
+    /// Here and in all positions above.
+    pub fn above(from: i64) -> Self {
+        Self::between(from, i64::MAX)
+    }
+
+    /// True when the carriage closes the contact at `position`.
+    pub fn closes(&self, position: i64) -> bool {
+        (self.from..=self.to).contains(&position) != self.opens
+    }
 }
 
 /// Where the switches and end stops are, in microsteps; `None`: there is no such thing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Travel {
-    /// The left switch is closed here and in all positions below.
-    pub left: Option<i64>,
-    /// The right switch is closed here and in all positions above.
-    pub right: Option<i64>,
-    /// The home switch is closed over the width of its vane.
-    pub home: Option<Home>,
+    /// Vane of the left switch.
+    pub left: Option<Vane>,
+    /// Vane of the right switch.
+    pub right: Option<Vane>,
+    /// Vane of the home switch.
+    pub home: Option<Vane>,
     /// End stops: the carriage goes no further left, and no further right.
     pub ends: [Option<i64>; 2],
     /// How long the contact of each switch bounces, in microseconds, in steps of 100.
@@ -46,13 +70,18 @@ impl Travel {
         self.bounce_us != [0; Switch::ALL.len()]
     }
 
+    /// The vane of a switch.
+    pub fn vane(&self, switch: Switch) -> Option<Vane> {
+        match switch {
+            Switch::Left => self.left,
+            Switch::Right => self.right,
+            Switch::Home => self.home,
+        }
+    }
+
     /// True when the carriage closes the switch at `position`.
     pub fn closes(&self, switch: Switch, position: i64) -> bool {
-        match switch {
-            Switch::Left => self.left.is_some_and(|end| position <= end),
-            Switch::Right => self.right.is_some_and(|end| position >= end),
-            Switch::Home => self.home.is_some_and(|home| position.abs_diff(home.middle) <= home.width / 2),
-        }
+        self.vane(switch).is_some_and(|vane| vane.closes(position))
     }
 }
 
@@ -63,9 +92,9 @@ mod tests {
     #[test]
     fn carriage_closes_switches_along_its_travel() {
         let travel = Travel {
-            left: Some(-1000),
-            right: Some(2000),
-            home: Some(Home { middle: 500, width: 20 }),
+            left: Some(Vane::below(-1000)),
+            right: Some(Vane::above(2000)),
+            home: Some(Vane::between(490, 510)),
             ..Travel::default()
         };
         let cases = [
@@ -82,6 +111,12 @@ mod tests {
         for (position, closed) in cases {
             assert_eq!(Switch::ALL.map(|switch| travel.closes(switch, position)), closed, "at {position}");
         }
+    }
+
+    #[test]
+    fn normally_closed_contact_opens_where_the_vane_is() {
+        let travel = Travel { home: Some(Vane { opens: true, ..Vane::between(490, 510) }), ..Travel::default() };
+        assert_eq!([489, 490, 510, 511].map(|at| travel.closes(Switch::Home, at)), [true, false, false, true]);
     }
 
     #[test]

@@ -3,8 +3,7 @@
 use std::collections::VecDeque;
 
 use gradus_firmware::{Link, LinkKind, Module};
-use gradus_plant::Readings;
-use gradus_plant::STEP_US;
+use gradus_plant::{Readings, STEP_US};
 use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
@@ -316,7 +315,7 @@ fn next_step(time_us: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use gradus_plant::{Mechanics, Travel};
+    use gradus_plant::{Mechanics, Travel, Vane};
     use gradus_tmcl::Status;
     use gradus_tmcl::catalogue::TMCM_3351;
 
@@ -476,7 +475,7 @@ mod tests {
     #[test]
     fn right_switch_on_the_travel_stops_the_axis() {
         let mut host = Host::new();
-        host.bench.machine().axes[0].plant.travel = Travel { right: Some(20_000), ..Travel::default() };
+        host.bench.machine().axes[0].plant.travel = Travel { right: Some(Vane::above(20_000)), ..Travel::default() };
         host.tell(Opcode::SAP, 12, 0, 3);
         host.tell(Opcode::ROR, 0, 0, 20_000);
         host.bench.run_for(10 * SECOND_US);

@@ -19,8 +19,8 @@
 //! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel; `reversed = true`
 //!
 //! [axis.0.travel]
-//! left = { at = 0.0 }                      # closed here and further left
-//! right = { at = 100.0 }                   # closed here and further right
+//! left = { at = 0.0 }                      # closed here and further left; with a width only so far
+//! right = { at = 100.0, normally_closed = true }   # open here and further right, closed elsewhere
 //! home = { at = 60.0, width = 2.0, bounce = 0.002 }   # closed from 59.0 to 61.0; the contact bounces for 2 ms
 //! ends = { left = -2.0, right = 102.0 }    # end stops
 //!

@@ -34,7 +34,7 @@ pub use can_bus::Can;
 pub use eeprom::{Eeprom, EepromError};
 pub use faults::{PROFILES, Profile, ProfileError};
 pub use gradus_firmware::{Link, LinkKind};
-pub use gradus_plant::{Readings, StepperAxis};
+pub use gradus_plant::{Readings, StepperAxis, Vane};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use problem::Problem;

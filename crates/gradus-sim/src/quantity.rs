@@ -63,6 +63,11 @@ pub(crate) fn full_steps<'de, D: Deserializer<'de>>(value: D) -> Result<Option<u
     value.deserialize_any(FULL_STEPS).map(|number| Some(number as u32))
 }
 
+/// Width of a vane, if it is named.
+pub(crate) fn vane_width<'de, D: Deserializer<'de>>(value: D) -> Result<Option<f64>, D::Error> {
+    width(value).map(Some)
+}
+
 /// Counts in a turn of an encoder.
 pub(crate) fn counts<'de, D: Deserializer<'de>>(value: D) -> Result<u32, D::Error> {
     value.deserialize_any(COUNTS).map(|number| number as u32)

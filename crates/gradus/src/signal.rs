@@ -5,7 +5,7 @@
 
 use anyhow::{Context, bail};
 use gradus_host::{Error, Named, Session, find_axis};
-use gradus_sim::{Readings, StepperAxis};
+use gradus_sim::{Readings, StepperAxis, Vane};
 use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::recording::Zone;
@@ -88,17 +88,14 @@ fn turns(axis: &StepperAxis, microsteps: f64) -> f64 {
     microsteps / f64::from(axis.microsteps_per_turn())
 }
 
-/// Where the switches are closed, in turns of the shaft.
+/// Where the carriage works its switches, in turns of the shaft.
 fn switches(axis: &StepperAxis) -> Vec<Zone> {
     let turns = |position: i64| turns(axis, position as f64);
     let travel = axis.travel;
-    let left = travel.left.map(|end| ("left", (f64::NEG_INFINITY, turns(end))));
-    let right = travel.right.map(|end| ("right", (turns(end), f64::INFINITY)));
-    let home = travel.home.map(|home| {
-        let half = home.width as i64 / 2;
-        ("home", (turns(home.middle - half), turns(home.middle + half)))
-    });
-    [left, right, home].into_iter().flatten().map(|(name, range)| Zone { name, range }).collect()
+    let vanes = [("left", travel.left), ("right", travel.right), ("home", travel.home)];
+    let zone =
+        |(name, vane): (_, Option<_>)| vane.map(|vane: Vane| Zone { name, range: (turns(vane.from), turns(vane.to)) });
+    vanes.into_iter().filter_map(zone).collect()
 }
 
 /// The table as it stands in the help.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::Vane;
 
 fn axis_after(vectors: &[(i32, u8)]) -> StepperAxis {
     let mut axis = StepperAxis::rigid(200);
@@ -34,7 +35,7 @@ fn released_rotor_is_pulled_by_two_full_steps_at_most() {
 #[test]
 fn forced_switch_ignores_the_travel_until_it_is_given_back() {
     let mut axis = StepperAxis::rigid(200);
-    axis.travel.left = Some(0);
+    axis.travel.left = Some(Vane::below(0));
     for (forced, closed) in [(Some(false), false), (None, true), (Some(true), true)] {
         axis.force_switch(Switch::Left, forced);
         assert_eq!(axis.switch(Switch::Left), closed, "{forced:?}");

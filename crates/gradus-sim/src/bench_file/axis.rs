@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use gradus_plant::{Currents, Encoder, Home, MOTORS, Mechanics, Motor, StepperAxis, Travel};
+use gradus_plant::{Currents, Encoder, MOTORS, Mechanics, Motor, StepperAxis, Travel, Vane};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -10,7 +10,7 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use crate::MachineAxis;
 use crate::quantity::{
     amperes, bounce, counts, full_steps, inductance, inertia, load, place, resistance, slip, torque, travel_per_turn,
-    width,
+    vane_width, width,
 };
 
 /// kg m^2 in a gcm^2.
@@ -86,6 +86,10 @@ struct TravelTable {
 struct EndTable {
     #[serde(deserialize_with = "place")]
     at: f64,
+    #[serde(deserialize_with = "vane_width", default)]
+    width: Option<f64>,
+    #[serde(default)]
+    normally_closed: bool,
     #[serde(deserialize_with = "bounce", default)]
     bounce: u32,
 }
@@ -97,6 +101,8 @@ struct HomeTable {
     at: f64,
     #[serde(deserialize_with = "width")]
     width: f64,
+    #[serde(default)]
+    normally_closed: bool,
     #[serde(deserialize_with = "bounce", default)]
     bounce: u32,
 }
@@ -225,17 +231,36 @@ impl AxisTable {
 
 impl TravelTable {
     fn build(&self, microsteps: impl Fn(f64) -> i64) -> Travel {
-        let end = |end: &Option<EndTable>| end.as_ref().map(|end| microsteps(end.at));
-        let home =
-            |home: &HomeTable| Home { middle: microsteps(home.at), width: microsteps(home.width).unsigned_abs() };
+        let left = |end: &EndTable| Vane {
+            from: end.far(-1.0).map_or(i64::MIN, &microsteps),
+            to: microsteps(end.at),
+            opens: end.normally_closed,
+        };
+        let right = |end: &EndTable| Vane {
+            from: microsteps(end.at),
+            to: end.far(1.0).map_or(i64::MAX, &microsteps),
+            opens: end.normally_closed,
+        };
+        let home = |home: &HomeTable| Vane {
+            from: microsteps(home.at - home.width / 2.0),
+            to: microsteps(home.at + home.width / 2.0),
+            opens: home.normally_closed,
+        };
         let bounce = |end: &Option<EndTable>| end.as_ref().map_or(0, |end| end.bounce);
         Travel {
-            left: end(&self.left),
-            right: end(&self.right),
+            left: self.left.as_ref().map(left),
+            right: self.right.as_ref().map(right),
             home: self.home.as_ref().map(home),
             ends: [self.ends.left, self.ends.right].map(|end| end.map(|Place(at)| microsteps(at))),
             bounce_us: [bounce(&self.left), bounce(&self.right), self.home.as_ref().map_or(0, |home| home.bounce)],
         }
+    }
+}
+
+impl EndTable {
+    /// Where the vane ends outwards, if it does.
+    fn far(&self, way: f64) -> Option<f64> {
+        self.width.map(|width| self.at + way * width)
     }
 }
 

@@ -1,5 +1,5 @@
 use gradus_firmware::Io;
-use gradus_plant::{Home, Mechanics, StepperAxis, Switch, Travel};
+use gradus_plant::{Mechanics, StepperAxis, Switch, Travel, Vane};
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 
 use super::*;
@@ -42,10 +42,23 @@ fn lengths_are_in_the_unit_of_the_axis() {
     for (keys, home, right, left) in cases {
         let switches = "start = 2\ntravel = { left = { at = -1 }, right = { at = 2.0 }, home = { at = 1, width = 2 } }";
         let axis = axis(&format!("[axis.0]\n{keys}\n{switches}"));
-        let Travel { left: left_end, right: right_end, home: Some(vane), .. } = axis.travel else { panic!("{keys}") };
-        assert_eq!((left_end, right_end), (Some(left), Some(right)), "{keys}");
-        assert_eq!((vane, axis.position()), (Home { middle: home, width: right as u64 }, right), "{keys}");
+        assert_eq!(axis.travel.left, Some(Vane::below(left)), "{keys}");
+        assert_eq!(axis.travel.right, Some(Vane::above(right)), "{keys}");
+        assert_eq!(axis.travel.home, Some(Vane::between(0, 2 * home)), "{keys}");
+        assert_eq!(axis.position(), right, "{keys}");
     }
+}
+
+#[test]
+fn switches_may_be_narrow_and_normally_closed() {
+    let travel = axis(
+        "[axis.0.travel]\nleft = { at = -1, width = 0.5 }\nright = { at = 1, width = 2, normally_closed = true }\n\
+         home = { at = 0, width = 1, normally_closed = true }",
+    )
+    .travel;
+    assert_eq!(travel.left, Some(Vane::between(-76_800, -51_200)));
+    assert_eq!(travel.right, Some(Vane { opens: true, ..Vane::between(51_200, 153_600) }));
+    assert_eq!(travel.home, Some(Vane { opens: true, ..Vane::between(-25_600, 25_600) }));
 }
 
 #[test]
