@@ -29,17 +29,17 @@ pub struct Vane {
 
 impl Vane {
     /// From a place to another one, with a contact that closes.
-    pub fn between(from: i64, to: i64) -> Self {
+    pub const fn between(from: i64, to: i64) -> Self {
         Self { from, to, opens: false }
     }
 
     /// Here and in all positions below.
-    pub fn below(to: i64) -> Self {
+    pub const fn below(to: i64) -> Self {
         Self::between(i64::MIN, to)
     }
 
     /// Here and in all positions above.
-    pub fn above(from: i64) -> Self {
+    pub const fn above(from: i64) -> Self {
         Self::between(from, i64::MAX)
     }
 

@@ -2,7 +2,7 @@
 
 mod host;
 
-use gradus_plant::{Home, StepperAxis, Travel};
+use gradus_plant::{StepperAxis, Travel, Vane};
 use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 
@@ -15,9 +15,9 @@ const NOT_FOUND: i32 = 4;
 
 /// Two turns of travel between end switches, which are before end stops.
 const TRAVEL: Travel = Travel {
-    left: Some(-51_200),
-    right: Some(51_200),
-    home: Some(Home { middle: 20_000, width: 1_000 }),
+    left: Some(Vane::below(-51_200)),
+    right: Some(Vane::above(51_200)),
+    home: Some(Vane::between(19_500, 20_500)),
     ends: [Some(-60_000), Some(60_000)],
     bounce_us: [0; 3],
 };
