@@ -55,6 +55,11 @@ pub trait Axes<P> {
     /// [`Status::NOT_AVAILABLE`] for a motion while the drivers are off.
     fn set(&mut self, index: usize, row: &AxisParameter, value: i32, ports: &mut P) -> Result<(), Status>;
 
+    /// Whether a parameter takes the value.
+    fn accepts(&self, _index: usize, row: &AxisParameter, value: i32) -> bool {
+        row.accepts(value)
+    }
+
     /// ROR; speed 0 is MST.
     ///
     /// # Errors

@@ -147,7 +147,7 @@ impl Axis {
         if !row.access.writable() {
             return Err(Status::WRONG_TYPE);
         }
-        if !row.accepts(value) {
+        if !self.settings.accepts(row, value) {
             return Err(Status::INVALID_VALUE);
         }
         match row.id {
@@ -173,7 +173,10 @@ impl Axis {
 
     /// Stores a setting and derives anew what depends on it.
     fn configure<A: StepperStage + AxisInputs>(&mut self, id: Ap, value: i32, port: &mut A) {
-        self.settings.set(id, value);
+        match id {
+            Ap::UnitMode => self.settings.set_unit_mode(value),
+            _ => self.settings.set(id, value),
+        }
         match id {
             Ap::MaxSpeed
             | Ap::MaxAcceleration
@@ -192,6 +195,10 @@ impl Axis {
             | Ap::MinSpeed
             | Ap::RampDivisor
             | Ap::PulseDivisor => self.derive_ramp(),
+            Ap::UnitMode => {
+                self.derive_ramp();
+                self.derive();
+            }
             Ap::MicrostepResolution | Ap::FullStepResolution | Ap::EncoderResolution => {
                 self.scale_encoder(port);
                 self.derive();

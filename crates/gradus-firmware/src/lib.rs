@@ -46,6 +46,7 @@ mod steppers;
 mod supervision;
 mod ticks;
 mod tmc428;
+mod units;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};

@@ -50,7 +50,7 @@ impl Settings {
     /// The ramp of the shape that axis parameter 14 selects.
     fn gains(&self, tick_hz: u32) -> Gains {
         const S_SHAPED: i32 = 1;
-        let gains = self.limits().gains(tick_hz);
+        let gains = self.limits().gains_in(self.units(), tick_hz);
         if self.get(Ap::RampType) == S_SHAPED { gains.s_shaped(self.bows()) } else { gains }
     }
 
@@ -60,7 +60,7 @@ impl Settings {
         [Ap::Bow1, Ap::Bow2, Ap::Bow3, Ap::Bow4].map(|bow| u64::from(self.unsigned(bow)) * scale)
     }
 
-    /// Limits of the ramp (axis parameters 4, 5 and 15 to 20).
+    /// Limits of the ramp (axis parameters 4, 5 and 15 to 20), in the units of 255.
     fn limits(&self) -> Limits {
         let get = |id| self.unsigned(id);
         Limits {

@@ -65,6 +65,10 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
         self.axis_mut(index)?.set(row, value, ports.axis(index))
     }
 
+    fn accepts(&self, index: usize, row: &AxisParameter, value: i32) -> bool {
+        self.axes.get(index).is_some_and(|axis| axis.settings.accepts(row, value))
+    }
+
     fn rotate(&mut self, index: usize, speed: i32) -> Result<(), Status> {
         for index in self.group(index) {
             self.axis_mut(index)?.rotate(speed)?;

@@ -52,7 +52,7 @@ mod tests;
 
 pub use generator::{Generator, Profile};
 pub use interpolation::{Course, Line};
-pub use limits::{Gains, Limits};
+pub use limits::{Gains, Limits, Units};
 pub use ramp::Ramp;
 pub use tmc428::{Factor, Tmc428Gains, Tmc428Limits, Tmc428Units};
 pub use tmc428_ramp::{Approach, Tmc428Ramp};

@@ -17,6 +17,22 @@ pub(crate) const JERK_BITS: u32 = 72;
 /// Largest jerk: brings any acceleration within a part of a tick.
 const MAX_JERK: i128 = 1 << (20 + JERK_BITS);
 
+/// What speeds and accelerations are given in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Units {
+    /// Speeds are in 2^-`speed_bits` microsteps per second.
+    pub speed_bits: u8,
+    /// Accelerations are in 2^-`acceleration_bits` microsteps per second squared.
+    pub acceleration_bits: u8,
+}
+
+impl Units {
+    /// Whole microsteps and seconds.
+    pub const PPS: Self = Self { speed_bits: 0, acceleration_bits: 0 };
+    /// The registers of the TMC4361A: speeds with 8 fraction bits, accelerations with 2.
+    pub const TMC4361A: Self = Self { speed_bits: 8, acceleration_bits: 2 };
+}
+
 /// Limits of trapezoidal and six-point ramps, in microsteps and seconds. Signless: they hold for both directions.
 ///
 /// Below [`break_speed_pps`](Self::break_speed_pps) the axis speeds up with `start_acceleration` and slows down with
@@ -52,7 +68,13 @@ impl Limits {
     ///
     /// Values are rounded up, by less than 2^-48 microsteps a tick: nothing becomes zero that is not.
     pub fn gains(&self, tick_hz: u32) -> Gains {
-        let rate = TickRate::new(tick_hz);
+        self.gains_in(Units::PPS, tick_hz)
+    }
+
+    /// The same if the limits are in other units. The speeds and decelerations that the ramp is told to keep are in these
+    /// units too; those that it tells are whole microsteps and seconds.
+    pub fn gains_in(&self, units: Units, tick_hz: u32) -> Gains {
+        let rate = TickRate::new(tick_hz, units);
         let or = |value, substitute| if value == 0 { substitute } else { value };
         let deceleration = or(self.deceleration, self.acceleration);
         let start_acceleration =
@@ -151,26 +173,27 @@ impl Gains {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TickRate {
     hz: u32,
+    units: Units,
 }
 
 impl TickRate {
-    fn new(hz: u32) -> Self {
-        Self { hz: hz.max(1) }
+    fn new(hz: u32, units: Units) -> Self {
+        Self { hz: hz.max(1), units }
     }
 
     /// Microsteps a tick.
-    pub(crate) fn speed_per_tick(self, pps: u32) -> i64 {
-        per_tick(pps, u64::from(self.hz))
+    pub(crate) fn speed_per_tick(self, speed: u32) -> i64 {
+        per_tick(speed, u128::from(self.hz) << self.units.speed_bits)
     }
 
     /// Change of speed in a tick.
-    fn step_per_tick(self, pps2: u32) -> i64 {
-        per_tick(pps2, u64::from(self.hz).pow(2))
+    fn step_per_tick(self, acceleration: u32) -> i64 {
+        per_tick(acceleration, u128::from(self.hz).pow(2) << self.units.acceleration_bits)
     }
 
     /// Change of speed in a tick of braking, where zero means that nothing limits it.
-    pub(crate) fn deceleration_per_tick(self, pps2: u32) -> i64 {
-        if pps2 == 0 { MAX_PER_TICK } else { self.step_per_tick(pps2) }
+    pub(crate) fn deceleration_per_tick(self, deceleration: u32) -> i64 {
+        if deceleration == 0 { MAX_PER_TICK } else { self.step_per_tick(deceleration) }
     }
 
     /// Change of acceleration in a tick, in whole sixths, where zero means that nothing limits it.
@@ -195,8 +218,8 @@ impl TickRate {
     }
 }
 
-fn per_tick(value: u32, ticks: u64) -> i64 {
-    let scaled = (u128::from(value) << FRACTION_BITS).div_ceil(u128::from(ticks.max(1)));
+fn per_tick(value: u32, ticks: u128) -> i64 {
+    let scaled = (u128::from(value) << FRACTION_BITS).div_ceil(ticks.max(1));
     scaled.min(MAX_PER_TICK as u128) as i64
 }
 

@@ -18,3 +18,4 @@ mod rotor;
 mod stap;
 mod stops;
 mod support;
+mod units;
