@@ -11,8 +11,8 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use gradus_firmware::{
-    AxisInputs, Bridge, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo, StepperStage,
-    Steppers, Store, Supply, Switches,
+    AxisInputs, Bridge, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo,
+    StepperStage, Steppers, Store, Supply, Switches,
 };
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::catalogue::{self, TMCM_1617, TMCM_3351};
@@ -58,6 +58,8 @@ impl StepperStage for Axis {
     fn set_scale(&mut self, scale: u8) {
         black_box(scale);
     }
+
+    fn configure(&mut self, _settings: &DriverSettings) {}
 
     fn driver(&mut self) -> DriverState {
         DriverState::default()

@@ -17,14 +17,11 @@ use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use crate::axes::Events;
 use crate::closed_loop::ClosedLoop;
 use crate::encoder::Encoder;
-use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
+use crate::ports::{AxisInputs, StepperStage, Switches};
 use crate::program::NEVER;
 use crate::reference_search::ReferenceSearch;
 use crate::settings::{Derived, Settings};
 use crate::speed::Speeds;
-
-/// Bit of axis parameter 208.
-const STANDSTILL: i32 = 1 << 7;
 
 /// Four full steps, after which the coil vector is the same again.
 const PHASE_PERIOD: i32 = 1024;
@@ -123,14 +120,11 @@ impl Axis {
             Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
             Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => self.error_flags(),
-            Ap::LoadValue => i32::from(port.driver().load),
-            Ap::DriverErrorFlags => self.driver_flags(port.driver()),
+            Ap::LoadValue | Ap::DriverErrorFlags | Ap::CoolStepCurrent | Ap::PwmScale | Ap::PwmMode => {
+                self.driver_value(id, port.driver())
+            }
             _ => self.settings.get(id),
         }
-    }
-
-    fn driver_flags(&self, driver: DriverState) -> i32 {
-        i32::from(driver.flags) | if self.ramp.is_idle() { STANDSTILL } else { 0 }
     }
 
     /// Writes a parameter as SAP does, after the checks of its row.
@@ -202,7 +196,22 @@ impl Axis {
             Ap::MicrostepResolution | Ap::FullStepResolution | Ap::EncoderResolution => {
                 self.scale_encoder(port);
                 self.derive();
+                self.configure_driver(port);
             }
+            Ap::OffTime
+            | Ap::FreewheelingMode
+            | Ap::StallThreshold
+            | Ap::StallFilter
+            | Ap::CoolStepMin
+            | Ap::CoolStepDown
+            | Ap::CoolStepHysteresis
+            | Ap::CoolStepUp
+            | Ap::CoolStepStart
+            | Ap::CoolStepSpeed
+            | Ap::PwmThresholdSpeed
+            | Ap::PwmGradient
+            | Ap::PwmAmplitude
+            | Ap::PwmAutoscale => self.configure_driver(port),
             Ap::EncoderMode => self.arm_encoder(port),
             Ap::EncoderPrescaler => {
                 self.scale_encoder(port);
@@ -304,6 +313,7 @@ impl Axis {
             self.halt();
         }
         self.standby_at_us = None;
+        self.configure_driver(port);
         self.energize(port);
     }
 

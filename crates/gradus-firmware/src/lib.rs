@@ -20,6 +20,7 @@ mod capture;
 mod closed_loop;
 mod coordinates;
 mod cpu;
+mod driver;
 mod eeprom;
 mod encoder;
 mod events;
@@ -52,7 +53,8 @@ pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{
-    AxisInputs, Bridge, DriverState, Io, NullEvent, Ports, RotorInputs, StepperStage, Store, Supply, Switches,
+    AxisInputs, Bridge, CoolStep, DriverSettings, DriverState, Io, NullEvent, Ports, RotorInputs, StealthChop,
+    StepperStage, Store, Supply, Switches,
 };
 pub use servo::Servo;
 pub use steppers::Steppers;

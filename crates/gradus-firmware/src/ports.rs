@@ -32,8 +32,58 @@ pub trait StepperStage {
     /// Scales the coil vector beside its current, 255 is 1: 255 but in closed loop, where it may change in every tick.
     fn set_scale(&mut self, scale: u8);
 
+    /// Gives the driver chip its settings, at the start and when one changes.
+    fn configure(&mut self, settings: &DriverSettings);
+
     /// What the driver chip reports now.
     fn driver(&mut self) -> DriverState;
+}
+
+/// Settings of a stepper driver chip. Speeds are those of the coil vector, in 1/256 full steps a second.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DriverSettings {
+    /// The chopper runs.
+    pub enabled: bool,
+    /// Coils without current are shorted; else they are open.
+    pub shorted: bool,
+    /// StallGuard2 threshold, -64..=63.
+    pub stall_threshold: i8,
+    /// StallGuard2 reads the mean of four full steps.
+    pub stall_filter: bool,
+    /// CoolStep, if it is on.
+    pub cool_step: Option<CoolStep>,
+    /// StealthChop, if it is on.
+    pub stealth_chop: Option<StealthChop>,
+}
+
+/// Settings of CoolStep.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CoolStep {
+    /// Speed above which it works.
+    pub above: u32,
+    /// A StallGuard2 reading below 32 times this, 1..=15, raises the current.
+    pub low: u8,
+    /// A reading of 32 times `low + hysteresis + 1` or more lowers it; 0..=15.
+    pub hysteresis: u8,
+    /// Steps of 1/32 that a low reading raises the current by: 1, 2, 4, 8.
+    pub up: u8,
+    /// High readings that lower the current by a step: 32, 8, 2, 1.
+    pub down: u8,
+    /// The lower limit is a quarter of the current of [`StepperStage::set_coils`] instead of a half.
+    pub quarter: bool,
+}
+
+/// Settings of StealthChop.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct StealthChop {
+    /// Speed below which it works.
+    pub below: u32,
+    /// Rise of the PWM amplitude with speed, 1..=15.
+    pub gradient: u8,
+    /// PWM amplitude at rest, 0..=255.
+    pub amplitude: u8,
+    /// The chip finds the amplitude that gives the current.
+    pub autoscale: bool,
 }
 
 /// What a stepper driver chip reports.
@@ -43,6 +93,12 @@ pub struct DriverState {
     pub load: u16,
     /// The flags of axis parameter 208.
     pub flags: u8,
+    /// Current of CoolStep in steps of 1/32, 0..=31.
+    pub current_step: u8,
+    /// PWM amplitude of StealthChop, 255 is all voltage.
+    pub pwm_scale: u8,
+    /// StealthChop is in use.
+    pub stealth_chop: bool,
 }
 
 impl DriverState {

@@ -16,6 +16,8 @@ pub(crate) struct Settings {
 impl Settings {
     pub(crate) fn factory(catalogue: &Module) -> Self {
         let mut values = [0; Ap::COUNT];
+        // The chopper of a module without this parameter runs always.
+        values[Ap::OffTime as usize] = 1;
         for row in catalogue.axis_parameters {
             values[row.id as usize] = row.default.unwrap_or(0) as i32;
         }

@@ -191,6 +191,9 @@ impl Driver {
         let speed = f64::from(turned.unsigned_abs()) * STEPS_HZ;
         let stealth = self.settings.stealth_chop.filter(|stealth| speed < f64::from(stealth.below));
         self.state.stealth = stealth.is_some();
+        if stealth.is_none() {
+            self.state.pwm_scale = 0;
+        }
         match stealth {
             Some(stealth) if !stealth.autoscale => self.unregulated(stealth, speed, volts),
             _ => Drive::Current(self.full_scale_a * self.scale * f64::from(self.current_step(speed) + 1) / 32.0),

@@ -1,6 +1,8 @@
 //! The hardware of a simulated module: plants behind the ports of the firmware.
 
-use gradus_firmware::{AxisInputs, DriverState, NullEvent, Ports, StepperStage, Steppers, Switches};
+use gradus_firmware::{
+    AxisInputs, CoolStep, DriverSettings, DriverState, NullEvent, Ports, StealthChop, StepperStage, Steppers, Switches,
+};
 use gradus_plant::{StepperAxis, Switch};
 
 use crate::MachineIo;
@@ -23,6 +25,27 @@ impl StepperStage for MachineAxis {
         self.plant.set_scale(scale);
     }
 
+    fn configure(&mut self, settings: &DriverSettings) {
+        let DriverSettings { enabled, shorted, stall_threshold, stall_filter, cool_step, stealth_chop } = *settings;
+        self.plant.configure(gradus_plant::DriverSettings {
+            enabled,
+            shorted,
+            stall_threshold,
+            stall_filter,
+            cool_step: cool_step.map(|CoolStep { above, low, hysteresis, up, down, quarter }| gradus_plant::CoolStep {
+                above,
+                low,
+                hysteresis,
+                up,
+                down,
+                quarter,
+            }),
+            stealth_chop: stealth_chop.map(|StealthChop { below, gradient, amplitude, autoscale }| {
+                gradus_plant::StealthChop { below, gradient, amplitude, autoscale }
+            }),
+        });
+    }
+
     fn driver(&mut self) -> DriverState {
         let state = self.plant.driver();
         let flags = [
@@ -35,7 +58,13 @@ impl StepperStage for MachineAxis {
             state.open[1],
         ];
         let flags = flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u8::from(flag));
-        DriverState { load: state.load, flags }
+        DriverState {
+            load: state.load,
+            flags,
+            current_step: state.current_step,
+            pwm_scale: state.pwm_scale,
+            stealth_chop: state.stealth,
+        }
     }
 }
 

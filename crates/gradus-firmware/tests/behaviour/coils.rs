@@ -1,7 +1,6 @@
 //! Currents and coil vectors, encoder, deviation and stall (BEHAVIOUR 5).
 
 use crate::support::{Bench, Machine, Memory};
-use gradus_firmware::DriverState;
 
 // Currents and coils.
 
@@ -215,14 +214,4 @@ fn stall_stops_above_the_speed_of_parameter_181_only() {
         assert_eq!(bench.get(3, 0) == 0, stops, "{speed} pps");
         assert_eq!(bench.get(207, 0), i32::from(stops));
     }
-}
-
-#[test]
-fn driver_load_and_flags_can_be_read() {
-    let mut bench = Bench::new();
-    bench.stage(2).driver = DriverState { load: 321, flags: 6 };
-    assert_eq!((bench.get(206, 2), bench.get(208, 2)), (321, 6 | 128));
-    bench.ask("ROR 2, 1000");
-    bench.advance_ms(10);
-    assert_eq!(bench.get(208, 2), 6, "no standstill");
 }

@@ -6,6 +6,7 @@ mod coils;
 mod control;
 mod coordinates;
 mod datagrams;
+mod driver;
 mod eeprom;
 mod encoder;
 mod events;

@@ -4,8 +4,8 @@
 //! commands between semicolons; both go through real nine-byte datagrams.
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
-    store_size,
+    AxisInputs, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers,
+    Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
@@ -32,6 +32,8 @@ pub struct Stage {
     /// Counter at a null event that the module has not taken.
     pub null: Option<i32>,
     pub driver: DriverState,
+    /// What the driver chip was told last.
+    pub driver_settings: Option<DriverSettings>,
 }
 
 impl StepperStage for Stage {
@@ -51,6 +53,10 @@ impl StepperStage for Stage {
 
     fn set_scale(&mut self, scale: u8) {
         self.scale = scale;
+    }
+
+    fn configure(&mut self, settings: &DriverSettings) {
+        self.driver_settings = Some(*settings);
     }
 
     fn driver(&mut self) -> DriverState {

@@ -3,8 +3,8 @@
 use core::ops::RangeInclusive;
 
 use gradus_firmware::{
-    AxisInputs, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers, Store, Switches,
-    store_size,
+    AxisInputs, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers,
+    Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -96,9 +96,11 @@ impl StepperStage for Slide {
 
     fn set_scale(&mut self, _scale: u8) {}
 
+    fn configure(&mut self, _settings: &DriverSettings) {}
+
     fn driver(&mut self) -> DriverState {
         let blocked = !self.free.contains(&self.position());
-        DriverState { load: 0, flags: if blocked { DriverState::STALL } else { 0 } }
+        DriverState { flags: if blocked { DriverState::STALL } else { 0 }, ..DriverState::default() }
     }
 }
 
