@@ -21,14 +21,19 @@ pub enum InitState {
 ///
 /// The chip maker's procedure puts a voltage at angle zero and waits. A rotor that stands opposite, where the field
 /// does not turn it, would stay there; and nothing says what voltage it is. So here, in quarters of the time:
-/// 1. the flux regulator brings the open-loop current to flow a quarter turn ahead,
-/// 2. the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current does not),
-///    and the field turns to zero,
+/// 1. the flux regulator brings the open-loop current to flow a quarter turn ahead; the rotor may swing,
+/// 2. the mean of the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current
+///    does not), and the field turns to zero,
 /// 3. and 4. the rotor settles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Alignment {
     elapsed: u32,
     angle_q32: u32,
+    /// Sum of the voltages in the second half of the first quarter, and how many there were.
+    voltages: i64,
+    heard: i64,
+    /// Their mean.
+    voltage: i32,
 }
 
 /// What an alignment wants in a cycle.
@@ -36,8 +41,8 @@ pub(crate) struct Alignment {
 pub(crate) enum Pull {
     /// Regulates the current along this angle.
     Current(i16),
-    /// Holds the voltage along this angle.
-    Voltage(i16),
+    /// Holds a voltage along this angle.
+    Voltage(i16, i32),
     /// The rotor is at zero.
     Done,
 }
@@ -47,23 +52,33 @@ const AHEAD_Q32: u32 = 1 << 30;
 
 impl Alignment {
     pub(crate) fn new() -> Self {
-        Self { elapsed: 0, angle_q32: AHEAD_Q32 }
+        Self { elapsed: 0, angle_q32: AHEAD_Q32, voltages: 0, heard: 0, voltage: 0 }
     }
 
     #[inline]
     pub(crate) fn cycle(&mut self, gains: &EncoderGains) -> Pull {
         self.elapsed += 1;
-        if self.elapsed <= gains.quarter_cycles {
+        if self.builds_up(gains) {
             return Pull::Current((self.angle_q32 >> 16) as i16);
         }
         if self.elapsed > 4 * gains.quarter_cycles {
             return Pull::Done;
         }
-        self.angle_q32 = self.angle_q32.saturating_sub(gains.sweep_q32);
-        if self.elapsed > 2 * gains.quarter_cycles {
-            self.angle_q32 = 0;
+        if self.elapsed == gains.quarter_cycles + 1 {
+            self.voltage = self.voltages.checked_div(self.heard).unwrap_or(0) as i32;
         }
-        Pull::Voltage((self.angle_q32 >> 16) as i16)
+        let turns = self.elapsed <= 2 * gains.quarter_cycles;
+        self.angle_q32 = if turns { self.angle_q32.saturating_sub(gains.sweep_q32) } else { 0 };
+        Pull::Voltage((self.angle_q32 >> 16) as i16, self.voltage)
+    }
+
+    /// Hears the voltage that the current of this cycle needs.
+    #[inline]
+    pub(crate) fn hear(&mut self, gains: &EncoderGains, voltage: i32) {
+        if self.elapsed > gains.quarter_cycles / 2 {
+            self.voltages += i64::from(voltage);
+            self.heard += 1;
+        }
     }
 
     /// True while the field still stands a quarter turn ahead.
@@ -81,10 +96,18 @@ mod tests {
     fn field_stands_then_turns_to_zero_then_waits() {
         let gains = ServoSettings::default().gains().encoder;
         let mut alignment = Alignment::new();
-        let pulls: std::vec::Vec<_> = (0..25_000).map(|_| alignment.cycle(&gains)).collect();
+        let pulls: std::vec::Vec<_> = (0..25_000)
+            .map(|cycle| {
+                let pull = alignment.cycle(&gains);
+                if matches!(pull, Pull::Current(_)) {
+                    alignment.hear(&gains, if cycle < 3_125 { 9_999 } else { 500 + cycle % 2 * 100 });
+                }
+                pull
+            })
+            .collect();
         assert_eq!((pulls[0], pulls[6_249]), (Pull::Current(0x4000), Pull::Current(0x4000)));
-        assert_eq!(pulls[9_374], Pull::Voltage(0x2000));
-        assert_eq!((pulls[12_500], pulls[24_999]), (Pull::Voltage(0), Pull::Voltage(0)));
+        assert_eq!(pulls[9_374], Pull::Voltage(0x2000, 550));
+        assert_eq!((pulls[12_500], pulls[24_999]), (Pull::Voltage(0, 550), Pull::Voltage(0, 550)));
         assert_eq!(alignment.cycle(&gains), Pull::Done);
     }
 }

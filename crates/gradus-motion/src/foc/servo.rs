@@ -293,24 +293,24 @@ impl Servo {
 
     fn align(&mut self, mut alignment: Alignment, feedback: &Feedback) -> Option<Duties> {
         self.tick_millisecond(Mode::Current);
-        let pull = alignment.cycle(&self.gains.encoder);
-        self.init = Init::Aligning(alignment);
-        match pull {
+        let (phases_ma, gains) = (feedback.phases_ma, self.gains.encoder);
+        let duties = match alignment.cycle(&gains) {
             Pull::Current(angle) => {
-                let target = Dq { d: self.gains.open_loop_current_ma, q: 0 };
-                Some(self.current.cycle(&self.gains.current, angle, feedback.phases_ma, target))
+                let target_ma = Dq { d: self.gains.open_loop_current_ma, q: 0 };
+                let duties = self.current.cycle(&self.gains.current, angle, phases_ma, target_ma);
+                alignment.hear(&gains, self.current.voltage().d);
+                duties
             }
-            Pull::Voltage(angle) => {
-                let voltage = Dq { d: self.current.flux.error_sum() >> 16, q: 0 };
-                Some(self.current.apply(angle, feedback.phases_ma, voltage))
-            }
+            Pull::Voltage(angle, voltage) => self.current.apply(angle, phases_ma, Dq { d: voltage, q: 0 }),
             Pull::Done => {
                 self.sensors.set_encoder_angle(self.gains.pole_pairs, 0);
                 self.current = CurrentLoop::default();
                 self.init = Init::Done;
-                None
+                return None;
             }
-        }
+        };
+        self.init = Init::Aligning(alignment);
+        Some(duties)
     }
 
     /// Where a hall sensor changes, the rotor's angle is known.
