@@ -13,7 +13,7 @@ use crate::encoder::NullLatch;
 use crate::hall::HallSensors;
 use crate::motors::Mechanics;
 use crate::servo_motors::{Phases, ServoMotor};
-use crate::supply::Supply;
+use crate::supply::{Supply, SupplyGains};
 use crate::trigonometry::sin_cos;
 use crate::{Encoder, NullEvent, Surroundings};
 
@@ -106,14 +106,12 @@ pub struct Powers {
     pub load_w: f64,
 }
 
-/// What moves: currents in the frame of the rotor in amperes, speed in rad/s, way since the begin of the step in
-/// radians.
+/// What moves: currents in the frame of the rotor in amperes, speed in rad/s. Also their slopes.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Motion {
     d_a: f64,
     q_a: f64,
     speed: f64,
-    turned: f64,
 }
 
 impl Motion {
@@ -123,7 +121,6 @@ impl Motion {
             d_a: self.d_a + slope.d_a * seconds,
             q_a: self.q_a + slope.q_a * seconds,
             speed: self.speed + slope.speed * seconds,
-            turned: self.turned + slope.turned * seconds,
         }
     }
 }
@@ -141,12 +138,18 @@ struct Constants {
     per_saturation_a: f64,
     /// Back-EMF in V per rad/s of the shaft.
     emf_vs: f64,
-    /// Torque of the currents' own flux: 1.5 pole pairs, 0 with one phase.
-    own_flux: f64,
+    /// Torque of the currents' own flux: 1.5 pole pairs times the inductances, 0 with one phase.
+    own_flux_d: f64,
+    own_flux_q: f64,
     torque_nm_per_a: f64,
     per_inertia: f64,
     /// Power of a vector, `v i` times this.
     power: f64,
+    /// Resistance of the bridge in a phase, or in the loop with one phase.
+    bridge_ohm: f64,
+    /// Kelvin of winding and driver for each square ampere.
+    winding_k_per_a2: f64,
+    driver_k_per_a2: f64,
 }
 
 impl Constants {
@@ -154,6 +157,9 @@ impl Constants {
         let motor = &setup.motor;
         let three = motor.phases == Phases::Three;
         let pole_pairs = f64::from(motor.pole_pairs);
+        let power = if three { 1.5 } else { 1.0 };
+        let own_flux = if three { 1.5 * pole_pairs } else { 0.0 };
+        let bridge_ohm = setup.bridge.switch_ohm * if three { 1.0 } else { 2.0 };
         Self {
             pole_pairs,
             rotation: if three { pole_pairs } else { 0.0 },
@@ -163,23 +169,71 @@ impl Constants {
             per_inductance_q: 1.0 / motor.inductance_q_h,
             per_saturation_a: motor.saturation_a.map_or(0.0, |current| 1.0 / current),
             emf_vs: if three { motor.torque_nm_per_a / 1.5 } else { motor.torque_nm_per_a },
-            own_flux: if three { 1.5 * pole_pairs } else { 0.0 },
+            own_flux_d: own_flux * motor.inductance_d_h,
+            own_flux_q: own_flux * motor.inductance_q_h,
             torque_nm_per_a: motor.torque_nm_per_a,
             per_inertia: 1.0 / (motor.inertia_kgm2 + setup.mechanics.inertia_kgm2),
-            power: if three { 1.5 } else { 1.0 },
+            power,
+            bridge_ohm,
+            winding_k_per_a2: WINDING_RISE_K / (motor.rated_current_a * motor.rated_current_a),
+            driver_k_per_a2: DRIVER_K_PER_W * power * bridge_ohm,
         }
     }
 }
 
-/// What stays in a step.
+/// The same of the length of a step.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Period {
+    seconds: f64,
+    /// Share of the dead time in it.
+    dead_time: f64,
+    supply: SupplyGains,
+    /// Shares of the difference to their final temperatures that winding and driver take.
+    winding: f64,
+    driver: f64,
+}
+
+impl Period {
+    fn new(setup: &ServoSetup, seconds: f64) -> Self {
+        Self {
+            seconds,
+            dead_time: setup.bridge.dead_time_s / seconds,
+            supply: setup.supply.gains(seconds),
+            winding: seconds / WINDING_S,
+            driver: seconds / DRIVER_S,
+        }
+    }
+}
+
+/// What stays in a step. Slopes are per second: of currents in A, for a volt or an ampere.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Step {
-    /// Voltage in the frame of the rotor at the begin of the step; `None`: no current can flow.
-    volts: Option<[f64; 2]>,
-    resistance_ohm: f64,
+    /// Voltage in the frame of the rotor at the begin of the step.
+    volts: [f64; 2],
+    /// Slopes for a volt, for the resistance, for the other axis' current at 1 rad/s, for the back-EMF at 1 rad/s. All
+    /// are 0 where no current can flow.
+    volt_d: f64,
+    volt_q: f64,
+    ohm_d: f64,
+    ohm_q: f64,
+    cross_d: f64,
+    cross_q: f64,
+    emf_q: f64,
     viscous_nms: f64,
-    /// Load and Coulomb friction, against the positive direction; `None`: friction holds the shaft.
-    against_nm: Option<f64>,
+    /// Load and Coulomb friction, against the positive direction.
+    against_nm: f64,
+    /// 1 / inertia, 0 while friction holds the shaft.
+    per_inertia: f64,
+}
+
+/// What a step has come to.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct StepEnd {
+    motion: Motion,
+    /// Way of the shaft in radians.
+    turned: f64,
+    /// The voltage in the middle of the step, in the frame of the rotor there.
+    mean_volts: [f64; 2],
 }
 
 /// A servo motor with everything that the module's connectors lead to.
@@ -187,11 +241,13 @@ struct Step {
 pub struct ServoMachine {
     setup: ServoSetup,
     constants: Constants,
+    period: Period,
     motion: Motion,
     /// Turns of the shaft.
     position: f64,
-    /// Sine and cosine of the rotor's electrical angle.
-    angle: (f64, f64),
+    /// Cosine and sine of the rotor's electrical angle, and the steps until they are computed from the position again.
+    angle: [f64; 2],
+    angle_steps: u8,
     bus_v: f64,
     chopper: bool,
     ambient_c: f64,
@@ -205,9 +261,11 @@ impl ServoMachine {
     pub fn new(setup: ServoSetup) -> Self {
         let mut machine = Self {
             constants: Constants::new(&setup),
+            period: Period::new(&setup, 4e-5),
             motion: Motion::default(),
             position: 0.0,
-            angle: (0.0, 1.0),
+            angle: [1.0, 0.0],
+            angle_steps: 0,
             bus_v: setup.supply.source_v,
             chopper: false,
             ambient_c: 25.0,
@@ -223,47 +281,66 @@ impl ServoMachine {
     /// One PWM period.
     #[inline]
     pub fn step(&mut self, seconds: f64, bridge: Bridge) {
-        let (volts, open) = match bridge {
-            Bridge::Duties(duties) => (Some(self.driven_volts(duties, seconds)), false),
-            Bridge::Open => (self.diode_volts(), true),
+        if seconds != self.period.seconds {
+            self.period = Period::new(&self.setup, seconds);
+        }
+        let volts = match bridge {
+            Bridge::Duties(duties) => Some(self.driven_volts(duties)),
+            Bridge::Open => self.diode_volts(),
         };
         let step = self.forces(volts);
         let before = self.motion;
-        let mut after = self.runge_kutta(&step, seconds);
-        if before.speed * after.speed < 0.0 {
+        let mut after = match self.setup.motor.saturation_a {
+            None => self.runge_kutta::<false>(&step),
+            Some(_) => self.runge_kutta::<true>(&step),
+        };
+        if before.speed * after.motion.speed < 0.0 {
             // Friction may hold the shaft from here on: the next step decides.
-            after.speed = 0.0;
+            after.motion.speed = 0.0;
         }
-        if open {
-            after = without_reversed_currents(before, after);
+        if matches!(bridge, Bridge::Open) {
+            after.motion = without_reversed_currents(before, after.motion);
         }
-        let bus_w = volts.map_or(0.0, |volts| self.mean_power(volts, before, after));
-        self.bus_v = self.setup.supply.next_v(self.bus_v, bus_w, self.chopper, seconds);
-        self.warm_up(seconds, after);
-        self.position += after.turned * (0.5 / std::f64::consts::PI);
-        self.motion = Motion { turned: 0.0, ..after };
-        self.angle = sin_cos(self.electrical_turns());
+        self.take(before, after);
     }
 
-    /// Power that the bridge takes from the supply in a step.
+    /// The end of a step.
     #[inline]
-    fn mean_power(&self, volts: [f64; 2], before: Motion, after: Motion) -> f64 {
-        let [volts_d, volts_q] = turned_back(volts, 0.5 * self.constants.rotation * after.turned);
-        0.5 * self.constants.power * (volts_d * (before.d_a + after.d_a) + volts_q * (before.q_a + after.q_a))
+    fn take(&mut self, before: Motion, StepEnd { motion, turned, mean_volts }: StepEnd) {
+        let [volts_d, volts_q] = mean_volts;
+        let twice_w = volts_d * (before.d_a + motion.d_a) + volts_q * (before.q_a + motion.q_a);
+        self.bus_v = self.period.supply.next_v(self.bus_v, 0.5 * self.constants.power * twice_w, self.chopper);
+        self.warm_up(motion);
+        self.position += turned * (0.5 / std::f64::consts::PI);
+        self.motion = motion;
+        match self.angle_steps.checked_sub(1) {
+            None => self.take_angle(),
+            Some(left) => {
+                self.angle = turned_back(self.angle, -self.constants.rotation * turned);
+                self.angle_steps = left;
+            }
+        }
+    }
+
+    /// The angle from the position; what is left of 16 turns by small angles is below 1e-9 at 10000 rpm.
+    fn take_angle(&mut self) {
+        let (sin, cos) = sin_cos(self.electrical_turns());
+        self.angle = [cos, sin];
+        self.angle_steps = 15;
     }
 
     /// Voltage that the bridge gives, in the frame of the rotor.
     #[inline]
-    fn driven_volts(&self, duties: [f64; 3], seconds: f64) -> [f64; 2] {
-        let dead_v = self.bus_v * self.setup.bridge.dead_time_s / seconds;
-        let currents = self.phase_currents_a();
-        let volts =
-            |phase: usize| self.bus_v * duties[phase] - dead_v * (currents[phase] / DEAD_TIME_SOFT_A).clamp(-1.0, 1.0);
-        let [a, b, c] = [volts(0), volts(1), volts(2)];
-        match self.setup.motor.phases {
-            Phases::One => [0.0, a - b],
-            Phases::Three => self.to_rotor([(2.0 * a - b - c) / 3.0, (b - c) * INV_SQRT_3]),
+    fn driven_volts(&self, [duty_a, duty_b, duty_c]: [f64; 3]) -> [f64; 2] {
+        let [a, b, c] = self.phase_currents_a();
+        let kept = |duty: f64, current_a: f64| duty - self.period.dead_time * against(current_a);
+        let (a, b, c) = (kept(duty_a, a), kept(duty_b, b), kept(duty_c, c));
+        if self.setup.motor.phases == Phases::One {
+            return [0.0, (a - b) * self.bus_v];
         }
+        let (alpha, beta) = ((2.0 * a - b - c) * (1.0 / 3.0), (b - c) * INV_SQRT_3);
+        let [cos, sin] = self.angle;
+        [(alpha * cos + beta * sin) * self.bus_v, (beta * cos - alpha * sin) * self.bus_v]
     }
 
     /// Voltage of the diodes: the supply against the currents; `None` when none flow.
@@ -274,86 +351,96 @@ impl ServoMachine {
         (length > 0.0).then_some([-volts * d_a, -volts * q_a])
     }
 
-    #[inline]
-    fn to_rotor(&self, [alpha, beta]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.angle;
-        [alpha * cos + beta * sin, beta * cos - alpha * sin]
-    }
-
-    /// What stays in the step that begins now.
+    /// What stays in the step that begins now; without volts no current can flow.
     #[inline]
     fn forces(&self, volts: Option<[f64; 2]>) -> Step {
+        let constants = &self.constants;
         let mechanics = &self.setup.mechanics;
-        let Motion { d_a, q_a, speed, .. } = self.motion;
         let copper_ohm = self.setup.motor.resistance_ohm * (1.0 + COPPER_PER_K * (self.winding_c - 25.0));
-        let push_nm = self.torque(d_a, q_a) - mechanics.load_nm;
-        let friction_nm = mechanics.friction_nm;
-        let against_nm = if speed == 0.0 && push_nm.abs() <= friction_nm {
-            None
-        } else {
-            let direction = if speed == 0.0 { push_nm } else { speed };
-            Some(mechanics.load_nm + friction_nm.copysign(direction))
-        };
-        Step { volts, resistance_ohm: copper_ohm + self.bridge_ohm(), viscous_nms: mechanics.viscous_nms, against_nm }
-    }
-
-    /// Resistance of the bridge in a phase, or in the loop with one phase.
-    fn bridge_ohm(&self) -> f64 {
-        match self.setup.motor.phases {
-            Phases::Three => self.setup.bridge.switch_ohm,
-            Phases::One => 2.0 * self.setup.bridge.switch_ohm,
+        let ohm = copper_ohm + constants.bridge_ohm;
+        let volt = |per_inductance: f64| if volts.is_some() { per_inductance } else { 0.0 };
+        let (volt_d, volt_q) = (volt(constants.per_inductance_d), volt(constants.per_inductance_q));
+        let (friction_nm, held) = self.friction();
+        Step {
+            volts: volts.unwrap_or([0.0; 2]),
+            volt_d,
+            volt_q,
+            ohm_d: ohm * volt_d,
+            ohm_q: ohm * volt_q,
+            cross_d: constants.rotation * constants.inductance_q_h * volt_d,
+            cross_q: constants.rotation * constants.inductance_d_h * volt_q,
+            emf_q: constants.emf_vs * volt_q,
+            viscous_nms: mechanics.viscous_nms,
+            against_nm: mechanics.load_nm + friction_nm,
+            per_inertia: if held { 0.0 } else { constants.per_inertia },
         }
     }
 
+    /// Coulomb friction against the positive direction, and true where it holds the shaft.
     #[inline]
-    fn runge_kutta(&self, step: &Step, seconds: f64) -> Motion {
-        let half = 0.5 * seconds;
-        let first = self.slope(step, self.motion);
-        let second = self.slope(step, self.motion.plus(first, half));
-        let third = self.slope(step, self.motion.plus(second, half));
-        let fourth = self.slope(step, self.motion.plus(third, seconds));
-        let sixth = seconds / 6.0;
-        self.motion.plus(first, sixth).plus(second, 2.0 * sixth).plus(third, 2.0 * sixth).plus(fourth, sixth)
+    fn friction(&self) -> (f64, bool) {
+        let Mechanics { friction_nm, load_nm, .. } = self.setup.mechanics;
+        if self.motion.speed != 0.0 {
+            return (friction_nm.copysign(self.motion.speed), false);
+        }
+        let push_nm = self.torque_nm() - load_nm;
+        (friction_nm.copysign(push_nm), push_nm.abs() <= friction_nm)
+    }
+
+    /// A step of the classical method. The angle, which turns the voltage away, is that of a constant acceleration: in
+    /// a period the difference is a part in 10^6 of a radian.
+    #[inline]
+    fn runge_kutta<const SATURATES: bool>(&self, step: &Step) -> StepEnd {
+        let (begin, whole) = (self.motion, self.period.seconds);
+        let half = 0.5 * whole;
+        let first = self.slope::<SATURATES>(step, step.volts, begin);
+        let turned_after =
+            |seconds: f64| self.constants.rotation * seconds * (begin.speed + 0.5 * seconds * first.speed);
+        let half_volts = turned_back(step.volts, turned_after(half));
+        let end_volts = turned_back(step.volts, turned_after(whole));
+        let at_second = begin.plus(first, half);
+        let second = self.slope::<SATURATES>(step, half_volts, at_second);
+        let at_third = begin.plus(second, half);
+        let third = self.slope::<SATURATES>(step, half_volts, at_third);
+        let at_fourth = begin.plus(third, whole);
+        let fourth = self.slope::<SATURATES>(step, end_volts, at_fourth);
+        let sixth = whole * (1.0 / 6.0);
+        let slopes = first.plus(fourth, 1.0).plus(second.plus(third, 1.0), 2.0);
+        let speeds = begin.speed + at_fourth.speed + 2.0 * (at_second.speed + at_third.speed);
+        StepEnd { motion: begin.plus(slopes, sixth), turned: speeds * sixth, mean_volts: half_volts }
     }
 
     /// The equations of the motor.
     #[inline]
-    fn slope(&self, step: &Step, now: Motion) -> Motion {
-        let [d_a, q_a] = step.volts.map_or([0.0; 2], |volts| self.current_slope(volts, step.resistance_ohm, now));
-        let push_nm = |against_nm: f64| self.torque(now.d_a, now.q_a) - step.viscous_nms * now.speed - against_nm;
-        let speed = step.against_nm.map_or(0.0, |against_nm| push_nm(against_nm) * self.constants.per_inertia);
-        Motion { d_a, q_a, speed, turned: now.speed }
+    fn slope<const SATURATES: bool>(&self, step: &Step, [volts_d, volts_q]: [f64; 2], now: Motion) -> Motion {
+        let Motion { d_a, q_a, speed } = now;
+        let (flux_d, steeper_d) = self.saturated::<SATURATES>(d_a);
+        let (flux_q, steeper_q) = self.saturated::<SATURATES>(q_a);
+        let torque_nm = self.constants.torque(now, flux_d, flux_q);
+        Motion {
+            d_a: (volts_d * step.volt_d + speed * flux_q * step.cross_d - d_a * step.ohm_d) * steeper_d,
+            q_a: (volts_q * step.volt_q - speed * (flux_d * step.cross_q + step.emf_q) - q_a * step.ohm_q) * steeper_q,
+            speed: (torque_nm - (step.against_nm + step.viscous_nms * speed)) * step.per_inertia,
+        }
     }
 
+    /// The current that would have the same flux without saturation, and how much faster the current changes with it.
     #[inline]
-    fn current_slope(&self, volts: [f64; 2], resistance_ohm: f64, now: Motion) -> [f64; 2] {
-        let constants = &self.constants;
-        let [volts_d, volts_q] = turned_back(volts, constants.rotation * now.turned);
-        let (flux_d, per_d) = self.flux(now.d_a, constants.inductance_d_h, constants.per_inductance_d);
-        let (flux_q, per_q) = self.flux(now.q_a, constants.inductance_q_h, constants.per_inductance_q);
-        let rotation = constants.rotation * now.speed;
-        [
-            (volts_d - resistance_ohm * now.d_a + rotation * flux_q) * per_d,
-            (volts_q - resistance_ohm * now.q_a - rotation * flux_d - constants.emf_vs * now.speed) * per_q,
-        ]
-    }
-
-    /// Flux of a current in Vs, and 1 / its slope.
-    #[inline]
-    fn flux(&self, current_a: f64, inductance_h: f64, per_inductance: f64) -> (f64, f64) {
-        if self.constants.per_saturation_a == 0.0 {
-            return (inductance_h * current_a, per_inductance);
+    fn saturated<const SATURATES: bool>(&self, current_a: f64) -> (f64, f64) {
+        if !SATURATES {
+            return (current_a, 1.0);
         }
         let beyond = 1.0 + current_a.abs() * self.constants.per_saturation_a;
-        (inductance_h * current_a / beyond, per_inductance * beyond * beyond)
+        (current_a / beyond, beyond * beyond)
     }
+}
 
+impl Constants {
+    /// Torque in Nm; `flux_d` and `flux_q` are the currents that stand for the flux.
     #[inline]
-    fn torque(&self, d_a: f64, q_a: f64) -> f64 {
-        let constants = &self.constants;
-        let (flux_d, _) = self.flux(d_a, constants.inductance_d_h, constants.per_inductance_d);
-        let (flux_q, _) = self.flux(q_a, constants.inductance_q_h, constants.per_inductance_q);
-        constants.torque_nm_per_a * q_a + constants.own_flux * (flux_d * q_a - flux_q * d_a)
+    fn torque(&self, now: Motion, flux_d: f64, flux_q: f64) -> f64 {
+        let own_nm = self.own_flux_d * flux_d * now.q_a - self.own_flux_q * flux_q * now.d_a;
+        self.torque_nm_per_a * now.q_a + own_nm
     }
 }
 
@@ -365,6 +452,12 @@ fn turned_back([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     let sin = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
     let cos = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
     [x * cos + y * sin, y * cos - x * sin]
+}
+
+/// Share of the dead time that a phase loses with this current, from -1 to 1.
+#[inline]
+fn against(current_a: f64) -> f64 {
+    (current_a * (1.0 / DEAD_TIME_SOFT_A)).clamp(-1.0, 1.0)
 }
 
 /// Diodes let no current through backwards: where it would have turned, it has ended.
@@ -384,13 +477,12 @@ const DRIVER_S: f64 = 20.0;
 /// Temperatures.
 impl ServoMachine {
     #[inline]
-    fn warm_up(&mut self, seconds: f64, now: Motion) {
+    fn warm_up(&mut self, now: Motion) {
         let square = now.d_a * now.d_a + now.q_a * now.q_a;
-        let rated_a = self.setup.motor.rated_current_a;
-        let winding_c = self.ambient_c + WINDING_RISE_K * square / (rated_a * rated_a);
-        let driver_c = self.ambient_c + DRIVER_K_PER_W * self.constants.power * self.bridge_ohm() * square;
-        self.winding_c += (winding_c - self.winding_c) * (seconds / WINDING_S);
-        self.driver_c += (driver_c - self.driver_c) * (seconds / DRIVER_S);
+        let winding_c = self.ambient_c + self.constants.winding_k_per_a2 * square;
+        let driver_c = self.ambient_c + self.constants.driver_k_per_a2 * square;
+        self.winding_c += (winding_c - self.winding_c) * self.period.winding;
+        self.driver_c += (driver_c - self.driver_c) * self.period.driver;
     }
 
     /// Temperature of the winding in degrees Celsius.
@@ -413,7 +505,7 @@ impl ServoMachine {
         if self.setup.motor.phases == Phases::One {
             return [q_a, -q_a, 0.0];
         }
-        let (sin, cos) = self.angle;
+        let [cos, sin] = self.angle;
         let (alpha, beta) = (d_a * cos - q_a * sin, d_a * sin + q_a * cos);
         [alpha, HALF_SQRT_3 * beta - 0.5 * alpha, -HALF_SQRT_3 * beta - 0.5 * alpha]
     }
@@ -467,6 +559,7 @@ impl ServoMachine {
     /// Changes the data. What moves, moves on.
     pub fn set_up(&mut self, setup: ServoSetup) {
         self.constants = Constants::new(&setup);
+        self.period = Period::new(&setup, self.period.seconds);
         self.setup = setup;
     }
 
@@ -478,6 +571,7 @@ impl ServoMachine {
     /// Voltage of the source and temperature around.
     pub fn surround(&mut self, surroundings: Surroundings) {
         self.setup.supply.source_v = surroundings.supply_v;
+        self.period = Period::new(&self.setup, self.period.seconds);
         self.ambient_c = surroundings.temperature_c;
     }
 
@@ -495,7 +589,7 @@ impl ServoMachine {
     pub fn place(&mut self, turns: f64) {
         self.position = turns;
         self.motion = Motion::default();
-        self.angle = sin_cos(self.electrical_turns());
+        self.take_angle();
     }
 
     /// Speed of the shaft in turns a minute.
@@ -517,12 +611,14 @@ impl ServoMachine {
 
     /// Torque of the motor in Nm, before friction.
     pub fn torque_nm(&self) -> f64 {
-        self.torque(self.motion.d_a, self.motion.q_a)
+        let (flux_d, _) = self.saturated::<true>(self.motion.d_a);
+        let (flux_q, _) = self.saturated::<true>(self.motion.q_a);
+        self.constants.torque(self.motion, flux_d, flux_q)
     }
 
     /// Where power goes now.
     pub fn powers(&self) -> Powers {
-        let Motion { d_a, q_a, speed, .. } = self.motion;
+        let Motion { d_a, q_a, speed } = self.motion;
         let Supply { source_v, resistance_ohm, chopper_ohm, .. } = self.setup.supply;
         let heat_w = |ohm: f64| self.constants.power * ohm * (d_a * d_a + q_a * q_a);
         let source_a = self.setup.supply.source_a(self.bus_v);
@@ -532,7 +628,7 @@ impl ServoMachine {
             source_w: source_v * source_a,
             cable_w: resistance_ohm * source_a * source_a,
             chopper_w: if self.chopper { self.bus_v * self.bus_v / chopper_ohm } else { 0.0 },
-            bridge_w: heat_w(self.bridge_ohm()),
+            bridge_w: heat_w(self.constants.bridge_ohm),
             copper_w: heat_w(winding_ohm),
             friction_w: mechanics.viscous_nms * speed * speed + mechanics.friction_nm * speed.abs(),
             load_w: mechanics.load_nm * speed,

@@ -24,27 +24,54 @@ impl Default for Supply {
 
 impl Supply {
     /// Current out of the source when the bridge has `bus_v`.
-    #[inline]
     pub(crate) fn source_a(&self, bus_v: f64) -> f64 {
         let current = (self.source_v - bus_v) / self.resistance_ohm;
         if self.takes_back { current } else { current.max(0.0) }
     }
 
-    /// Voltage after `seconds`, during which the bridge took `power_w`. Implicit Euler, so that a small capacitor does
-    /// not swing.
-    #[inline]
-    pub(crate) fn next_v(&self, bus_v: f64, power_w: f64, chopper: bool, seconds: f64) -> f64 {
-        // A bridge that takes all there is cannot take more: its current ends at a tenth of the source's voltage.
-        let bridge_a = power_w / bus_v.max(0.1 * self.source_v).max(0.1);
+    /// What steps of so many seconds need.
+    pub(crate) fn gains(&self, seconds: f64) -> SupplyGains {
         let per_farad = seconds / self.capacitance_f;
-        let chopper_s = if chopper { 1.0 / self.chopper_ohm } else { 0.0 };
-        let without_source = (bus_v - bridge_a * per_farad) / (1.0 + chopper_s * per_farad);
-        if !self.takes_back && without_source >= self.source_v {
-            return without_source;
-        }
         let source_s = 1.0 / self.resistance_ohm;
-        let sum = bus_v + (self.source_v * source_s - bridge_a) * per_farad;
-        (sum / (1.0 + (source_s + chopper_s) * per_farad)).max(0.0)
+        let share = |siemens: f64| 1.0 / (1.0 + siemens * per_farad);
+        let chopper_s = 1.0 / self.chopper_ohm;
+        SupplyGains {
+            source_v: self.source_v,
+            takes_back: self.takes_back,
+            lowest_v: (0.1 * self.source_v).max(0.1),
+            per_farad,
+            from_source_v: self.source_v * source_s * per_farad,
+            without_source: [1.0, share(chopper_s)],
+            with_source: [share(source_s), share(source_s + chopper_s)],
+        }
+    }
+}
+
+/// A [`Supply`] as a step needs it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct SupplyGains {
+    source_v: f64,
+    takes_back: bool,
+    /// A bridge that takes all there is cannot take more: its current does not rise below this voltage.
+    lowest_v: f64,
+    per_farad: f64,
+    from_source_v: f64,
+    /// What is left of the voltage after a step, without and with the brake resistor.
+    without_source: [f64; 2],
+    with_source: [f64; 2],
+}
+
+impl SupplyGains {
+    /// Voltage after a step, in which the bridge took `power_w`. Implicit Euler, so that a small capacitor does not
+    /// swing.
+    #[inline]
+    pub(crate) fn next_v(&self, bus_v: f64, power_w: f64, chopper: bool) -> f64 {
+        let bridge_v = power_w / bus_v.max(self.lowest_v) * self.per_farad;
+        let alone_v = (bus_v - bridge_v) * self.without_source[usize::from(chopper)];
+        if !self.takes_back && alone_v >= self.source_v {
+            return alone_v;
+        }
+        ((bus_v + self.from_source_v - bridge_v) * self.with_source[usize::from(chopper)]).max(0.0)
     }
 }
 
@@ -54,7 +81,8 @@ mod tests {
 
     /// Voltage after 100 ms at a power.
     fn settled(supply: &Supply, power_w: f64, chopper: bool) -> f64 {
-        (0..2_500).fold(supply.source_v, |bus_v, _| supply.next_v(bus_v, power_w, chopper, 4e-5))
+        let gains = supply.gains(4e-5);
+        (0..2_500).fold(supply.source_v, |bus_v, _| gains.next_v(bus_v, power_w, chopper))
     }
 
     #[test]
