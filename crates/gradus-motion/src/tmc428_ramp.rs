@@ -182,8 +182,8 @@ impl Tmc428Ramp {
     fn next_speed(&self) -> i64 {
         let (speed, step) = (self.speed, self.gains.acceleration);
         match (self.mode, self.distance()) {
-            (Mode::Velocity(target), _) => target.clamp(speed - step, speed + step),
-            (Mode::Position, 0) => 0.clamp(speed - step, speed + step),
+            (Mode::Velocity(target), _) => target.max(speed - step).min(speed + step),
+            (Mode::Position, 0) => 0.max(speed - step).min(speed + step),
             (Mode::Position, distance) if distance > 0 => self.towards(speed, distance),
             (Mode::Position, distance) => -self.towards(-speed, distance.saturating_neg()),
         }
