@@ -65,7 +65,7 @@ impl CanLink {
 }
 
 /// An open port, and what to check when no module answers.
-fn open(bus: &Bus, bit_rate: u32) -> Result<(Box<dyn FramePort>, &'static str), String> {
+pub(crate) fn open(bus: &Bus, bit_rate: u32) -> Result<(Box<dyn FramePort>, &'static str), String> {
     Ok(match bus {
         Bus::Slcan(place) => {
             (slcan::open(place, bit_rate)?, "power, bus, bit rate (?bitrate=1000000) and CAN IDs (?id=1&reply=2)")

@@ -202,10 +202,7 @@ const UNLOCK: i32 = 4321;
 impl fmt::Display for Setting {
     /// `maximum_current of axis 0`, `serial_address`.
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        match self.named {
-            Named::Axis(_) => write!(f, "{} of axis {}", self.named.name(), self.axis),
-            Named::Global { .. } => write!(f, "{}", self.named.name()),
-        }
+        f.write_str(&self.named.of(self.axis))
     }
 }
 

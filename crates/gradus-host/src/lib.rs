@@ -36,10 +36,12 @@ mod sim;
 mod statistics;
 mod step;
 mod tcp;
+pub mod trace;
 mod url;
 mod verdict;
 
 pub use broker::{Broker, News, Rights, Visit};
+pub use can::FramePort;
 pub use config::{Config, ConfigError, ConfigFileError, Difference, Setting, settings};
 pub use error::Error;
 pub use gradus_sim::VIRTUAL_MODULES;

@@ -8,13 +8,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use gradus_sim::Bench;
-use gradus_tmcl::{Instruction, Opcode, Reply, Status};
+use gradus_tmcl::can::Frame;
+use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, checksum};
 
 use crate::can::CanLink;
 use crate::link::Framed;
 use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
+use crate::trace::{Direction, Packet, Record, Sink, time_of_day};
 use crate::{Address, Error, Heard, Link, Nature, Place, Session, Url};
 
 /// How many events wait for somebody to take them; the oldest go.
@@ -49,6 +51,10 @@ pub(crate) struct Wire {
     pub last: Option<Exchange>,
     /// True where a second copy of an answer may come.
     pub doubling: bool,
+    /// Takes what passes.
+    trace: Option<Sink>,
+    /// The time of day at which the link's clock stood at zero.
+    began: Duration,
     /// Events that nobody has taken yet, with the address of their module.
     events: VecDeque<(u8, PositionReached)>,
 }
@@ -76,8 +82,20 @@ impl Line {
     /// A line over a link that is open already; `port` names it in messages.
     pub fn over(link: Box<dyn Link>, port: &str) -> Self {
         let doubling = link.nature().can;
-        let wire = Wire { link, doubts: 1, last: None, doubling, events: VecDeque::new() };
+        let began = time_of_day().saturating_sub(link.now());
+        let wire = Wire { link, doubts: 1, last: None, doubling, trace: None, began, events: VecDeque::new() };
         Self { port: port.into(), shared: Arc::new(Shared { turnstile: Mutex::default(), wire: Mutex::new(wire) }) }
+    }
+
+    /// A line to the module of a bench, in virtual time.
+    pub fn on_bench(bench: Bench) -> Self {
+        let port = Url::sim(bench.catalogue()).to_string();
+        Self::over(Box::new(Framed::new(SimStream::to(bench), false)), &port)
+    }
+
+    /// Lets `sink` have everything that passes from now on.
+    pub fn trace(&self, sink: Sink) {
+        self.lock().trace = Some(sink);
     }
 
     /// A session with the module of that address. It sends nothing before its first request.
@@ -125,12 +143,50 @@ impl Wire {
     }
 
     pub fn send(&mut self, to: Address, instruction: Instruction, port: &str) -> Result<(), Error> {
-        self.link.send(to, instruction).map_err(|error| Error::Broken { port: port.into(), error })
+        self.link.send(to, instruction).map_err(|error| Error::Broken { port: port.into(), error })?;
+        if self.trace.is_some() {
+            let address = to.module as u8;
+            let packet = match self.link.nature().can {
+                true => Packet::Can(Frame::request(to.module.into(), &instruction)),
+                false => Packet::Serial(Request { address, instruction }.emit().to_vec()),
+            };
+            self.record(Direction::Request, packet);
+        }
+        Ok(())
+    }
+
+    fn record(&mut self, direction: Direction, packet: Packet) {
+        let at = self.began + self.link.now();
+        if let Some(sink) = &mut self.trace {
+            sink(&Record { at, direction, packet });
+        }
+    }
+
+    fn record_heard(&mut self, heard: &Heard) {
+        let bytes = match heard {
+            Heard::Nothing => return,
+            Heard::Datagram(bytes) => bytes.as_slice(),
+            Heard::Fragment(bytes) => bytes,
+        };
+        let packet = match bytes {
+            // The ninth byte of a datagram from CAN is the link's own, except in a version text.
+            [id, body @ .., last] if self.link.nature().can => {
+                let own = checksum(&bytes[..bytes.len() - 1]) == *last;
+                Frame::new(u32::from(*id), false, if own { body } else { &bytes[1..] }).map(Packet::Can)
+            }
+            _ => Some(Packet::Serial(bytes.to_vec())),
+        };
+        if let Some(packet) = packet {
+            self.record(Direction::Reply, packet);
+        }
     }
 
     /// What comes next; `None`: an event, which is kept.
     pub fn receive(&mut self, deadline: Duration, port: &str) -> Result<Option<Heard>, Error> {
         let heard = self.link.receive(deadline).map_err(|error| Error::Broken { port: port.into(), error })?;
+        if self.trace.is_some() {
+            self.record_heard(&heard);
+        }
         Ok(match heard {
             Heard::Datagram(bytes) if self.keep_event(&bytes) => None,
             other => Some(other),

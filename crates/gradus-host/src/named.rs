@@ -102,6 +102,21 @@ impl Named {
         choices.iter().find(|choice| (choice.first..=choice.last).contains(&value)).map(|choice| choice.text.into())
     }
 
+    /// Its name with its axis: `actual_position of axis 0`, `serial_address`.
+    pub fn of(&self, axis: u8) -> String {
+        match self {
+            Self::Axis(_) => format!("{} of axis {axis}", self.name()),
+            Self::Global { .. } => self.name(),
+        }
+    }
+
+    /// With a value, its unit and meaning: `ramp_type of axis 0 = 1 (s-shaped)`.
+    pub fn shown(&self, axis: u8, value: i64) -> String {
+        let meaning = self.meaning(value).map(|text| format!("({text})")).unwrap_or_default();
+        let words = [&self.of(axis), "=", &value.to_string(), self.unit().text(), &meaning];
+        words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+    }
+
     /// The number that a datagram carries for `value`. Parameters whose range passes 2^31 are unsigned; outside of 32 bits: `None`.
     pub fn encode(&self, value: i64) -> Option<i32> {
         i32::try_from(value)

@@ -30,10 +30,7 @@ use gradus_tmcl::catalogue::{Command, Effect, Gp, MODULES, Module, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Status};
 
 use crate::line::{Exchange, Wire};
-use crate::link::Framed;
 use crate::refusal::reason;
-use crate::sim::SimStream;
-use crate::url::DEFAULT_ADDRESS;
 use crate::verdict::{Form, Peer, Verdict, form, judge};
 use crate::{Address, Error, Heard, Line, Link, PositionReached, Statistics, Url};
 
@@ -71,7 +68,15 @@ impl Session {
     /// # Errors
     /// When the port does not open or nothing answers.
     pub fn open(url: &Url) -> Result<Self, Error> {
-        let mut session = Line::open(url)?.session(url.address);
+        Self::on_line(&Line::open(url)?, url)
+    }
+
+    /// A session over a line that is open already, with address and time-out of `url`.
+    ///
+    /// # Errors
+    /// When nothing answers.
+    pub fn on_line(line: &Line, url: &Url) -> Result<Self, Error> {
+        let mut session = line.session(url.address);
         session.timeout = url.timeout;
         session.greet()?;
         Ok(session)
@@ -94,11 +99,8 @@ impl Session {
     /// # Errors
     /// When the module does not answer, having no power for example.
     pub fn on_bench(bench: Bench) -> Result<Self, Error> {
-        let port = Url::sim(bench.catalogue()).to_string();
-        let link = Framed::new(SimStream::to(bench), false);
-        let mut session = Self::over(Box::new(link), &port, DEFAULT_ADDRESS);
-        session.greet()?;
-        Ok(session)
+        let url = Url::sim(bench.catalogue());
+        Self::on_line(&Line::on_bench(bench), &url)
     }
 
     /// A session over a link that is open already. `port` names it in messages; requests go to `address`.
@@ -173,6 +175,11 @@ impl Session {
     /// What the session has seen so far.
     pub fn statistics(&self) -> &Statistics {
         &self.statistics
+    }
+
+    /// Counts from zero again.
+    pub fn reset_statistics(&mut self) {
+        self.statistics = Statistics::default();
     }
 
     /// Sends a command and gives back the answer, whatever its status is. Not for commands with a special reply (134, and

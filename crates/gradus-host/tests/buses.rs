@@ -8,6 +8,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use gradus_host::scan::scan;
+use gradus_host::trace::{Decoder, Sniffer};
 use gradus_host::{Address, Broker, Line, News, Rights, Session, Url};
 use gradus_sim::{Bench, BusChange, BusKind, Can, Endpoint, Options, Rig, Serial, Server, Speed, Stopper};
 use gradus_tmcl::catalogue::{Ap, Gp, TMCM_3351};
@@ -256,4 +257,20 @@ fn an_event_goes_to_the_client_that_asked_for_it() {
     one.command(Instruction::parse("MVP ABS, 0, 1000", &TMCM_3351).unwrap()).unwrap();
     assert_eq!(one.wait_event(Duration::from_secs(10)).unwrap().map(|event| event.motors), Some(1));
     assert_eq!(other.wait_event(Duration::from_millis(50)).unwrap(), None);
+}
+
+#[test]
+fn who_listens_to_a_can_bus_hears_others_talk() {
+    let served = Served::can(&[3]);
+    let mut sniffer = Sniffer::open(&served.url("")).unwrap();
+    let mut session = Session::open(&served.url("?id=3")).unwrap();
+    session.get_axis(Ap::MaxSpeed, 1).unwrap();
+    let mut decoder = Decoder::new(&TMCM_3351);
+    let mut heard = Vec::new();
+    while let Some(record) = sniffer.listen(Duration::from_millis(200)).unwrap() {
+        heard.push(decoder.line(&record).split_off(12));
+    }
+    let last = &heard[heard.len() - 2..];
+    assert!(last[0].contains("> 3   GAP 4, 1") && last[0].contains("maximum_positioning_speed of axis 1"), "{heard:?}");
+    assert!(last[1].contains("< 3   100 (ok) 51200"), "{heard:?}");
 }

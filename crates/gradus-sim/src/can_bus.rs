@@ -12,6 +12,7 @@ use gradus_tmcl::can::Frame;
 
 use crate::Bench;
 use crate::faults::{Faulty, Profile};
+use crate::passed::{Content, Log};
 use crate::rig::BusChange;
 use crate::segment::first_after;
 
@@ -50,6 +51,7 @@ pub(crate) struct CanBus {
     free_ns: u64,
     babbles: bool,
     cut: bool,
+    pub(crate) log: Log,
 }
 
 #[derive(Debug)]
@@ -87,6 +89,7 @@ impl CanBus {
             free_ns: 0,
             babbles: false,
             cut: false,
+            log: Log::default(),
         }
     }
 
@@ -255,6 +258,7 @@ impl CanBus {
         if self.cut {
             return;
         }
+        self.log.add(at_us, 0, matches!(sent.from, Node::Module(_)), || Content::Frame(sent.frame));
         for (_, host) in self.hosts.iter_mut().enumerate().filter(|(index, _)| sent.from != Node::Host(*index)) {
             if let Some(Host { inbox, down, .. }) = host {
                 let arrive = |at_us, frame| inbox.push_back((at_us, frame));

@@ -17,6 +17,7 @@ mod eeprom;
 mod faults;
 mod io;
 mod machine;
+mod passed;
 mod problem;
 mod quantity;
 mod rig;
@@ -37,6 +38,7 @@ pub use gradus_firmware::{Link, LinkKind};
 pub use gradus_plant::{Readings, StepperAxis, Vane};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
+pub use passed::{Content, Passed};
 pub use problem::Problem;
 pub use rig::{BusChange, BusKind, HostId, Rig};
 #[cfg(unix)]

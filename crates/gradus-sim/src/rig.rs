@@ -9,6 +9,7 @@ use gradus_tmcl::can::Frame;
 
 use crate::can_bus::{Can, CanBus};
 use crate::faults::Profile;
+use crate::passed::{Log, Passed};
 use crate::segment::{Segment, Serial};
 use crate::wakes::Wakes;
 use crate::{Bench, EepromError};
@@ -266,6 +267,23 @@ impl Rig {
         can.take(self.now_us, host.host)
     }
 
+    /// Keeps from now on what passes on the buses, for [`take_passed`](Self::take_passed).
+    pub fn record(&mut self) {
+        self.buses.iter_mut().for_each(|bus| bus.wires.log().begin());
+    }
+
+    /// What has passed since it was asked for last, in the order of time.
+    pub fn take_passed(&mut self) -> Vec<Passed> {
+        let buses = self.buses.iter_mut().enumerate();
+        let mut passed: Vec<Passed> = buses
+            .flat_map(|(index, bus)| {
+                bus.wires.log().take().into_iter().map(move |passed| Passed { bus: index, ..passed })
+            })
+            .collect();
+        passed.sort_by_key(|passed| passed.at_us);
+        passed
+    }
+
     /// A bus on which something has arrived for a host, each once.
     pub(crate) fn next_mail(&mut self) -> Option<usize> {
         let bus = self.mail.pop()?;
@@ -403,6 +421,13 @@ impl Rig {
 }
 
 impl Wires {
+    fn log(&mut self) -> &mut Log {
+        match self {
+            Self::Serial(segment) => &mut segment.log,
+            Self::Can(can) => &mut can.log,
+        }
+    }
+
     fn modules(&self) -> &[usize] {
         match self {
             Self::Serial(segment) => segment.modules(),

@@ -15,6 +15,7 @@ use gradus_firmware::{Link, LinkKind};
 
 use crate::Bench;
 use crate::faults::{Dice, Faulty, Profile};
+use crate::passed::{Content, Log};
 use crate::rig::BusChange;
 
 /// Time between two bytes of a babbling node on a line without timing.
@@ -68,6 +69,7 @@ pub(crate) struct Segment {
     talks: Vec<Talk>,
     babbler: Option<(Dice, u64)>,
     cut: bool,
+    pub(crate) log: Log,
 }
 
 #[derive(Debug)]
@@ -123,6 +125,7 @@ impl Segment {
             talks: Vec::new(),
             babbler: None,
             cut: false,
+            log: Log::default(),
         }
     }
 
@@ -287,6 +290,7 @@ impl Segment {
             while let Some(link) = self.hosts[index].as_mut().map(|host| &mut host.links[place])
                 && let Some(telegram) = bench.take(link)
             {
+                self.log.add(now_us, index, true, || Content::Bytes(telegram.to_vec()));
                 self.reply(now_us, place, index, telegram);
             }
         }
@@ -389,6 +393,7 @@ impl Segment {
         if self.cut {
             return;
         }
+        self.log.add(at_us, host, false, || Content::Bytes(bytes.to_vec()));
         for place in 0..self.modules.len() {
             let mut rest = bytes;
             while !rest.is_empty() {

@@ -28,14 +28,3 @@ impl Place {
         Ok((named, self.axis.unwrap_or_default()))
     }
 }
-
-/// A parameter with its value, unit and meaning.
-pub fn shown(named: &Named, axis: u8, value: i64) -> String {
-    let name = match named {
-        Named::Axis(_) => format!("{} of axis {axis}", named.name()),
-        Named::Global { .. } => named.name(),
-    };
-    let meaning = named.meaning(value).map(|text| format!("({text})")).unwrap_or_default();
-    let words = [&name, "=", &value.to_string(), named.unit().text(), &meaning];
-    words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
-}

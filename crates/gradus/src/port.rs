@@ -1,11 +1,14 @@
 //! Arguments that several subcommands have: the port and the module.
 
+use std::fs::File;
 use std::net::SocketAddr;
 use std::ops::{Deref, DerefMut};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use gradus_host::{Session, Url};
+use gradus_host::trace::{PcapngWriter, Sink};
+use gradus_host::{Line, Session, Url};
 use gradus_sim::{BenchFile, Eeprom};
 use gradus_tmcl::catalogue::Module;
 
@@ -24,6 +27,9 @@ pub struct Port {
     /// Say at the end what the line was like: round trips, repeated requests, damaged and late answers
     #[arg(long, short)]
     verbose: bool,
+    /// Record what passes over the line, for `gradus trace`, `gradus replay` and Wireshark
+    #[arg(long, value_name = "FILE.pcapng")]
+    trace: Option<PathBuf>,
 }
 
 /// A session that says at its end what the line was like, if it is asked to.
@@ -64,11 +70,40 @@ impl Port {
     }
 
     fn session(&self) -> anyhow::Result<Session> {
-        let Some(file) = &self.bench else { return Ok(Session::open(&self.port)?) };
+        let Some(file) = &self.bench else {
+            let line = Line::open(&self.port)?;
+            self.record(&line)?;
+            return Ok(Session::on_line(&line, &self.port)?);
+        };
         let file = BenchFile::read(file)?;
         let memory = Eeprom::of(file.module);
-        Ok(Session::on_bench(file.build(memory))?)
+        let url = Url::sim(file.module);
+        let line = Line::on_bench(file.build(memory));
+        self.record(&line)?;
+        Ok(Session::on_line(&line, &url)?)
     }
+
+    fn record(&self, line: &Line) -> anyhow::Result<()> {
+        if let Some(file) = &self.trace {
+            line.trace(recorder(file)?);
+        }
+        Ok(())
+    }
+}
+
+/// Writes what it gets into a new pcapng file. A file that takes no more is said once; the work goes on.
+///
+/// # Errors
+/// When the file cannot be made.
+pub fn recorder(file: &Path) -> anyhow::Result<Sink> {
+    let made = File::create(file).and_then(PcapngWriter::new);
+    let mut writer = Some(made.with_context(|| format!("cannot write {}", file.display()))?);
+    Ok(Box::new(move |record| {
+        if let Some(Err(error)) = writer.as_mut().map(|writer| writer.write(record)) {
+            complain(format_args!("warning: the trace ends here: {error}"));
+            writer = None;
+        }
+    }))
 }
 
 /// Takes the name of one of these modules.

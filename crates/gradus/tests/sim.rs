@@ -218,3 +218,36 @@ fn regression_messages_that_nobody_reads_are_no_panic() {
     let status = Command::new(GRADUS).args(["asm", program]).stderr(writer).status().unwrap();
     assert_eq!(status.code(), Some(1));
 }
+
+#[test]
+fn traffic_is_recorded_and_can_be_replayed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sim.pcapng");
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--trace", text(&file)]);
+    sim.session(0).set_axis(Ap::MaxSpeed, 1, 12_345).unwrap();
+    sim.stop();
+    let trace = Command::new(GRADUS).args(["trace", text(&file)]).output().unwrap();
+    let shown = String::from_utf8(trace.stdout).unwrap();
+    assert!(shown.contains("> 1   SAP 4, 1, 12345"), "{shown}");
+    assert!(shown.contains("maximum_positioning_speed of axis 1 = 12345 pps"), "{shown}");
+    let replay = Command::new(GRADUS).args(["replay", text(&file)]).output().unwrap();
+    let told = String::from_utf8(replay.stdout).unwrap();
+    assert!(told.ends_with("requests, all answers as recorded\n"), "{told}");
+}
+
+#[test]
+fn a_broker_serves_several_commands_at_once() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let serve = ["serve", "--port", &sim.url(0), "--tcp", "127.0.0.1:0", "--read-only"];
+    let broker = Sim::spawn(Command::new(GRADUS).args(serve));
+    let (mut one, mut other) = (broker.session(0), broker.session(0));
+    assert_eq!(one.get_axis(Ap::MaxSpeed, 0).unwrap(), 51_200);
+    assert_eq!(other.get_axis(Ap::MaxSpeed, 0).unwrap(), 51_200);
+    let set = Command::new(GRADUS).args(["set", "--port", &broker.url(0), "maximum_current", "1"]).output().unwrap();
+    let message = String::from_utf8(set.stderr).unwrap();
+    assert!(message.contains("was refused: command not available"), "{message}");
+    let remote = Command::new(GRADUS).args(["serve", "--port", &sim.url(0), "--tcp", "0.0.0.0:0"]).output().unwrap();
+    assert!(String::from_utf8(remote.stderr).unwrap().contains("--allow-remote is needed"));
+    drop((one, other));
+    broker.stop();
+}

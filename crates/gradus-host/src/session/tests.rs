@@ -8,7 +8,7 @@ use gradus_tmcl::Request;
 use gradus_tmcl::catalogue::Ap;
 
 use super::*;
-use crate::Stream;
+use crate::{Framed, Stream};
 
 /// A module on a line with faults, in virtual time. Each request takes the next fault of the script.
 #[derive(Default)]

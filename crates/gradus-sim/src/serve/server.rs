@@ -3,6 +3,7 @@
 //! One thread waits for hosts, the console and a stop, and for the time of the next event. Then it moves virtual time on,
 //! hands over what has come, and sends what is due. No host can hold it up.
 
+use std::fmt;
 use std::fs;
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpListener};
@@ -23,7 +24,7 @@ use super::protocol::Protocol;
 use super::pty::Pty;
 use super::terminal::Console;
 use super::waiter::{Interest, Waiter};
-use crate::{EepromError, Rig};
+use crate::{EepromError, Passed, Rig};
 
 /// While anything moves, virtual time goes on in steps of this much wall time.
 const STEP: Duration = Duration::from_millis(1);
@@ -81,6 +82,19 @@ pub struct Server {
     _stop: UnixStream,
     stopper: UnixStream,
     signals: Vec<SigId>,
+    tap: Tap,
+}
+
+/// Takes what passes on the buses.
+#[derive(Default)]
+struct Tap(Option<Box<TakePassed>>);
+
+type TakePassed = dyn FnMut(&Passed) + Send;
+
+impl fmt::Debug for Tap {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(if self.0.is_some() { "Tap" } else { "no tap" })
+    }
 }
 
 #[derive(Debug)]
@@ -154,6 +168,7 @@ impl Server {
             _stop: stop,
             stopper,
             signals: Vec::new(),
+            tap: Tap::default(),
         };
         for endpoint in endpoints {
             server.open_endpoint(0, endpoint)?;
@@ -216,6 +231,12 @@ impl Server {
     /// The endpoints as they came to be: with the path of the terminal and the real port.
     pub fn endpoints(&self) -> &[Endpoint] {
         &self.endpoints
+    }
+
+    /// Lets `tap` have what passes on the buses from now on.
+    pub fn tap(&mut self, tap: impl FnMut(&Passed) + Send + 'static) {
+        self.rig.record();
+        self.tap = Tap(Some(Box::new(tap)));
     }
 
     /// Lets another thread end the server.
@@ -294,11 +315,20 @@ impl Server {
                 self.serve(Source::of(*token), &mut console, wall)?;
             }
             self.deliver()?;
+            self.tell();
         }
+        self.tell();
         for bench in self.rig.benches() {
             bench.eeprom().sync()?;
         }
         Ok(())
+    }
+
+    /// Tells the tap what has passed.
+    fn tell(&mut self) {
+        if let Some(tap) = &mut self.tap.0 {
+            self.rig.take_passed().iter().for_each(tap);
+        }
     }
 
     /// The rig, to look at it when the server has ended.

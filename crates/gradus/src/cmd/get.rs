@@ -6,7 +6,7 @@ use comfy_table::Table;
 use gradus_host::{Error, Named, Session, axis_parameters, global_parameters};
 
 use crate::listed::table;
-use crate::parameter::{Place, shown};
+use crate::parameter::Place;
 use crate::port::Port;
 
 /// Bank of global parameters that `--all` shows unless told otherwise.
@@ -45,7 +45,7 @@ impl Get {
         let Some(parameter) = &self.parameter else { return self.list(&mut session, out) };
         let (named, axis) = self.place.find(&mut session, parameter)?;
         let value = named.decode(session.command(named.read(axis))?);
-        let text = if self.value { value.to_string() } else { shown(&named, axis, value) };
+        let text = if self.value { value.to_string() } else { named.shown(axis, value) };
         Ok(writeln!(out, "{text}")?)
     }
 

@@ -8,6 +8,7 @@ mod disasm;
 mod get;
 mod man;
 mod params;
+mod replay;
 mod run;
 mod scan;
 mod serve;
@@ -15,6 +16,7 @@ mod set;
 #[cfg(unix)]
 mod sim;
 mod stats;
+mod trace;
 
 use std::io::Write;
 
@@ -33,6 +35,8 @@ pub enum Command {
     Config(config::Configure),
     Scan(scan::Scan),
     Serve(serve::Serve),
+    Trace(trace::Trace),
+    Replay(replay::Replay),
     Stats(stats::Stats),
     Completions(completions::Completions),
     Man(man::Man),
@@ -57,6 +61,8 @@ impl Command {
             Self::Config(config) => config.run(out),
             Self::Scan(scan) => scan.run(out),
             Self::Serve(serve) => serve.run(out),
+            Self::Trace(trace) => trace.run(out),
+            Self::Replay(replay) => replay.run(out),
             Self::Stats(stats) => stats.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),

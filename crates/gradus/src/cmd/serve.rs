@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use gradus_host::{Broker, Line, Rights, Url};
@@ -38,6 +39,9 @@ pub struct Serve {
     /// Let other computers connect; anybody who can reach the address can move the motors
     #[arg(long)]
     allow_remote: bool,
+    /// Record what passes over the line
+    #[arg(long, value_name = "FILE.pcapng")]
+    trace: Option<PathBuf>,
 }
 
 impl Serve {
@@ -46,6 +50,9 @@ impl Serve {
             bail!("--allow-remote is needed: {} can be reached from other computers", self.tcp);
         }
         let line = Line::open(&self.port)?;
+        if let Some(file) = &self.trace {
+            line.trace(port::recorder(file)?);
+        }
         let listener = TcpListener::bind(self.tcp).with_context(|| format!("cannot listen on {}", self.tcp))?;
         let stop = interruption()?;
         let rights = Rights { whole_bus: self.bus, read_only: self.read_only };

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::bail;
 
-use crate::parameter::{Place, shown};
+use crate::parameter::Place;
 use crate::port::Port;
 
 /// Write a parameter
@@ -38,6 +38,6 @@ impl Set {
         };
         session.command(named.write(axis, value))?;
         let value = named.decode(session.command(named.read(axis))?);
-        Ok(writeln!(out, "{}", shown(&named, axis, value))?)
+        Ok(writeln!(out, "{}", named.shown(axis, value))?)
     }
 }

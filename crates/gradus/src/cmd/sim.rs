@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use gradus_host::VIRTUAL_MODULES;
+use gradus_host::trace::Gatherer;
 use gradus_sim::{
     Bench, BenchFile, BusChange, BusKind, Can, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options,
     Profile, Rig, RigFile, Serial, ServeError, Server, Speed,
@@ -87,6 +88,9 @@ pub struct Sim {
     /// Let other computers connect; anybody who can reach the address can move the motors
     #[arg(long)]
     allow_remote: bool,
+    /// Record what passes on the lines, for `gradus trace`, `gradus replay` and Wireshark
+    #[arg(long, value_name = "FILE.pcapng")]
+    trace: Option<PathBuf>,
 }
 
 impl Sim {
@@ -102,6 +106,10 @@ impl Sim {
         let mut server = Server::open(rig, &[], options)?;
         for (bus, endpoint) in endpoints {
             server.open_endpoint(bus, &endpoint).map_err(advise)?;
+        }
+        if let Some(file) = &self.trace {
+            let (mut gatherer, mut recorder) = (Gatherer::new(), port::recorder(file)?);
+            server.tap(move |passed| gatherer.take(passed, &mut recorder));
         }
         server.stop_on_signals()?;
         for endpoint in server.endpoints() {

@@ -29,6 +29,8 @@ pub struct Stats {
 impl Stats {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let mut session = self.port.open()?;
+        session.module()?;
+        session.reset_statistics();
         let mut failed = 0;
         for _ in 0..self.count {
             match session.get_global(Gp::TickTimer, 0) {
