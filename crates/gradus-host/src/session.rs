@@ -17,7 +17,8 @@
 //! What no host can see, because the datagrams carry nothing to see it by: an answer delayed past a later one (a line that changes
 //! the order); a request that the line doubles, so that a relative move is made twice; damage that leaves the checksum
 //! right, as two errors may that make up for each other; a download begun by another host, during which commands are stored
-//! instead of executed until an answer says so.
+//! instead of executed until an answer says so; and, where program memory is read on a line with several modules, the late answer
+//! of another one, because what a module says there carries no address.
 //!
 //! A module on an USB-like port answers whatever address it is asked under, with its own address in the reply. Which address
 //! that is, the session learns while it gets in step, and from then on no other counts.
@@ -31,7 +32,7 @@ use gradus_tmcl::{Instruction, Opcode, Reply, Status};
 
 use crate::line::{Exchange, Wire};
 use crate::refusal::reason;
-use crate::verdict::{Form, Peer, Verdict, form, judge};
+use crate::verdict::{Form, Peer, Verdict, complaint, form, judge};
 use crate::{Address, Error, Heard, Line, Link, PositionReached, Statistics, Url};
 
 /// How long an answer may take, unless told otherwise.
@@ -284,12 +285,21 @@ impl Session {
 
     /// The command at an address of the program memory. Past its end, and behind read protection, all fields are zero.
     ///
+    /// One command, `SAP 1, 0, 0` on a module with address 5 for example, looks like the module's word about a damaged request:
+    /// it counts when it comes every time.
+    ///
     /// # Errors
     /// When the line is broken, no answer comes in time, or it comes damaged.
     pub fn read_memory(&mut self, address: u16) -> Result<Instruction, Error> {
         let request = Instruction::new(Opcode::READ_MEMORY, 0, 0, i32::from(address));
-        let [_, command @ .., _] = self.converse(request, true)?;
-        Ok(Instruction::from_bytes(command))
+        let before = self.statistics.damaged_requests;
+        match self.converse(request, true) {
+            Ok([_, command @ .., _]) => Ok(Instruction::from_bytes(command)),
+            Err(Error::GarbledRequest { .. }) if self.statistics.damaged_requests - before > u64::from(RETRIES) => {
+                Ok(complaint(self.peer))
+            }
+            Err(error) => Err(error),
+        }
     }
 
     /// The oldest event that has come and was not taken yet.
@@ -365,7 +375,7 @@ impl Session {
         let line = self.line.clone();
         let mut wire = line.lock();
         let wire = &mut *wire;
-        if wire.doubling && wire.last.is_some_and(|last| last.opcode == request.opcode) {
+        if wire.doubling && wire.last.is_some_and(|last| is_alike(last.opcode, request)) {
             self.in_step = None;
         }
         self.get_in_step(wire)?;
@@ -436,6 +446,12 @@ impl Session {
             _ => instruction.display(module).to_string(),
         }
     }
+}
+
+/// True if the answer to an earlier command could pass for that to a request: both are the same command, or the answer, being a
+/// command itself, does not tell what it answers.
+fn is_alike(earlier: Opcode, request: Instruction) -> bool {
+    earlier == request.opcode || form(request) == Form::Command
 }
 
 /// A number that an earlier session has hardly used.

@@ -52,13 +52,20 @@ pub fn judge(request: Instruction, peer: Peer, nonce: i32, bytes: &[u8; 9]) -> V
             _ if Reply::parse(bytes).is_ok() => Verdict::Foreign,
             _ => Verdict::Damaged,
         },
-        // The reply is built as a request is: an address, seven bytes of a command, a checksum.
+        // The reply is built as a request is: an address, seven bytes of a command, a checksum. What a module says of a
+        // damaged request would pass for a command, see `Session::read_memory`.
         Form::Command => match Request::parse(bytes) {
             Err(_) => Verdict::Damaged,
+            Ok(reply) if reply.instruction == complaint(peer) => Verdict::DamagedRequest,
             Ok(reply) if reply.address != peer.host => Verdict::Foreign,
             Ok(_) => Verdict::Answer,
         },
     }
+}
+
+/// The command that a module's word about a damaged request looks like where a command is expected.
+pub fn complaint(peer: Peer) -> Instruction {
+    Instruction::new(Opcode(peer.module), Status::WRONG_CHECKSUM.0, Opcode::NOP.0, 0)
 }
 
 fn judge_reply(request: Instruction, peer: Peer, nonce: i32, bytes: &[u8; 9]) -> Verdict {

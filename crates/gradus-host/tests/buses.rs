@@ -1,6 +1,8 @@
 //! Sessions, the search for modules and the broker on simulated buses, over real sockets and terminals.
 #![cfg(unix)]
 
+mod support;
+
 use std::net::TcpListener;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,67 +11,11 @@ use std::time::Duration;
 
 use gradus_host::scan::scan;
 use gradus_host::trace::{Decoder, Sniffer};
-use gradus_host::{Address, Broker, Line, News, Rights, Session, Url};
-use gradus_sim::{Bench, BusChange, BusKind, Can, Endpoint, Options, Rig, Serial, Server, Speed, Stopper};
+use gradus_host::{Address, Broker, Line, News, Rights, Session};
+use gradus_sim::{BusKind, Serial};
 use gradus_tmcl::catalogue::{Ap, Gp, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Status};
-
-/// A served rig; it ends with its owner.
-struct Served {
-    url: String,
-    stopper: Stopper,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Served {
-    /// Modules with these addresses, or CAN IDs, on a bus of this kind.
-    fn new(kind: BusKind, addresses: &[i32], faults: &str) -> Self {
-        let mut rig = Rig::default();
-        let bus = rig.add_bus("bus", kind);
-        for address in addresses {
-            let mut bench = Bench::with_defaults(&TMCM_3351);
-            assert!(bench.set_global(Gp::SerialAddress, *address % 256));
-            assert!(bench.set_global(Gp::CanId, *address));
-            let module = rig.add_module("module", bench);
-            rig.connect(module, bus);
-        }
-        if !faults.is_empty() {
-            rig.change(bus, BusChange::Faults(faults.parse().unwrap(), 1));
-        }
-        let any = "127.0.0.1:0".parse().unwrap();
-        let can = matches!(kind, BusKind::Can(_));
-        let endpoint = if can { Endpoint::SlcanTcp(any) } else { Endpoint::Tcp(any) };
-        let options = Options { speed: Speed::default(), allow_remote: false };
-        let mut server = Server::open(rig, &[endpoint], options).unwrap();
-        let url = match server.endpoints()[0] {
-            Endpoint::SlcanTcp(address) => format!("slcan:{address}"),
-            Endpoint::Tcp(address) => format!("tcp:{address}"),
-            _ => unreachable!(),
-        };
-        let stopper = server.stopper().unwrap();
-        let thread = Some(thread::spawn(move || server.run(None).unwrap()));
-        Self { url, stopper, thread }
-    }
-
-    fn segment(addresses: &[i32], faults: &str) -> Self {
-        Self::new(BusKind::Serial(Serial::rs485(1_000_000).without_timing()), addresses, faults)
-    }
-
-    fn can(ids: &[i32]) -> Self {
-        Self::new(BusKind::Can(Can { bit_rate: 1_000_000, timing: false }), ids, "")
-    }
-
-    fn url(&self, options: &str) -> Url {
-        format!("{}{options}", self.url).parse().unwrap()
-    }
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        self.stopper.stop();
-        self.thread.take().unwrap().join().unwrap();
-    }
-}
+use support::Served;
 
 #[test]
 fn three_modules_of_a_segment_are_found_and_left_alone() {

@@ -321,6 +321,14 @@ fn special_replies_are_read() {
 }
 
 #[test]
+fn a_word_about_a_damaged_request_is_no_command() {
+    let (mut session, _) = careful_session(&[Fault::RequestFlipped]);
+    assert_eq!(session.read_memory(17).unwrap(), Instruction::new(Opcode::ROR, 0, 2, 17));
+    let (mut session, _) = careful_session(&[Fault::RequestFlipped, Fault::None].repeat(3)); // the module answers the probes
+    assert_eq!(session.read_memory(17).unwrap(), Instruction::new(Opcode(ADDRESS), 1, 0, 0), "it comes every time");
+}
+
+#[test]
 fn parameters_are_read_by_meaning() {
     let (mut session, _) = session(&[]);
     assert_eq!(session.get_axis(Ap::MaxSpeed, 2).unwrap(), 4002);
