@@ -2,16 +2,16 @@
 
 use std::collections::VecDeque;
 
-use gradus_firmware::{Link, LinkKind};
+use gradus_firmware::{Link, LinkKind, Module};
 use gradus_plant::{Readings, STEP_US};
-use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_1617, TMCM_3351};
+use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
-use crate::{Eeprom, Firmware, Machine};
+use crate::{Eeprom, Machine};
 
 /// The modules whose firmware really runs; the others are in the catalogue only.
-pub static VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351, &TMCM_351, &TMCM_1617];
+pub static VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351, &TMCM_351];
 
 /// Whether the firmware of a module runs.
 pub fn is_virtual(module: &catalogue::Module) -> bool {
@@ -22,6 +22,9 @@ pub fn is_virtual(module: &catalogue::Module) -> bool {
 pub fn virtual_names() -> String {
     VIRTUAL_MODULES.iter().map(|module| module.name.to_lowercase()).collect::<Vec<_>>().join(", ")
 }
+
+/// The firmware of a virtual module with its machine and memory.
+pub type Firmware = Module<Machine, Eeprom>;
 
 /// One module with its machine, in virtual time: microseconds since the bench was built.
 ///
@@ -47,25 +50,27 @@ pub struct Bench {
     /// Changes to come with their times in microseconds, in the order of time.
     schedule: VecDeque<(u64, Change)>,
     links: u32,
+    /// Since when the module does nothing although it has power.
+    hung_since_us: Option<u64>,
 }
 
 /// The board with and without power. The firmware's time starts anew with the power.
 #[derive(Debug)]
 enum Board {
-    On { firmware: Firmware, since_us: u64 },
+    On { firmware: Box<Firmware>, since_us: u64 },
     Off(Box<(Machine, Eeprom)>),
 }
 
 impl Bench {
     /// Puts a module on a machine and switches it on.
     pub fn new(catalogue: &'static catalogue::Module, machine: Machine, eeprom: Eeprom) -> Self {
-        let board = Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us: 0 };
-        Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0 }
+        let board = Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us: 0 };
+        Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0, hung_since_us: None }
     }
 
     /// A module with an erased EEPROM on a machine of default motors without switches.
     pub fn with_defaults(catalogue: &'static catalogue::Module) -> Self {
-        Self::new(catalogue, Machine::of(catalogue), Eeprom::of(catalogue))
+        Self::new(catalogue, Machine::new(catalogue.axes.into()), Eeprom::of(catalogue))
     }
 
     /// The same with axes that never lose a step: exact, and without cost while they rest.
@@ -96,8 +101,10 @@ impl Bench {
 
     fn next_of_board(&self) -> Option<u64> {
         match &self.board {
-            Board::On { firmware, since_us } => firmware.poll_at().map(|at| since_us.saturating_add(at)),
-            Board::Off(_) => None,
+            Board::On { firmware, since_us } if self.hung_since_us.is_none() => {
+                firmware.poll_at().map(|at| since_us.saturating_add(at))
+            }
+            _ => None,
         }
     }
 
@@ -136,7 +143,9 @@ impl Bench {
     }
 
     fn poll(&mut self, to_us: u64) {
-        if let Board::On { firmware, since_us } = &mut self.board {
+        if let Board::On { firmware, since_us } = &mut self.board
+            && self.hung_since_us.is_none()
+        {
             firmware.poll(to_us.saturating_sub(*since_us));
         }
     }
@@ -174,41 +183,34 @@ impl Bench {
     /// Sends bytes to the module at this moment and says how many it has taken: fewer when replies wait to be
     /// [taken](Self::take), all when there is no power.
     pub fn send(&mut self, link: &mut Link, bytes: &[u8]) -> usize {
-        match &mut self.board {
-            Board::On { firmware, .. } => firmware.receive(link, bytes),
-            Board::Off(_) => bytes.len(),
-        }
+        self.running().map_or(bytes.len(), |firmware| firmware.receive(link, bytes))
     }
 
     /// The next reply or event for the client that may go over the line at this moment.
     #[inline]
     pub fn take(&mut self, link: &mut Link) -> Option<[u8; 9]> {
-        match &mut self.board {
-            Board::On { firmware, .. } => firmware.transmit(link),
-            Board::Off(_) => None,
-        }
+        self.running()?.transmit(link)
     }
 
     /// Hands the module a frame of its CAN bus at this moment; without power it is lost.
     pub fn send_frame(&mut self, link: &mut Link, frame: &can::Frame) {
-        if let Board::On { firmware, .. } = &mut self.board {
+        if let Some(firmware) = self.running() {
             firmware.receive_frame(link, frame);
         }
     }
 
     /// The next reply or event for the CAN bus.
     pub fn take_frame(&mut self, link: &mut Link) -> Option<can::Frame> {
-        match &mut self.board {
-            Board::On { firmware, .. } => firmware.transmit_frame(link),
-            Board::Off(_) => None,
-        }
+        self.running()?.transmit_frame(link)
     }
 
     /// When the next waiting reply of the client may go over the line, if one waits.
     pub fn ready_at(&self, link: &Link) -> Option<u64> {
         match &self.board {
-            Board::On { since_us, .. } => link.ready_at().map(|at| since_us.saturating_add(at)),
-            Board::Off(_) => None,
+            Board::On { since_us, .. } if self.hung_since_us.is_none() => {
+                link.ready_at().map(|at| since_us.saturating_add(at))
+            }
+            _ => None,
         }
     }
 }
@@ -220,8 +222,37 @@ impl Bench {
         matches!(self.board, Board::On { .. })
     }
 
+    /// Lets the module hang: it does and hears nothing, its currents and outputs stay as they are. Afterwards it goes on as if
+    /// no time had passed; a [`reset`](Self::reset) ends it too.
+    pub fn hang(&mut self, on: bool) {
+        let since = self.hung_since_us.take();
+        match &mut self.board {
+            Board::On { .. } if on => self.hung_since_us = since.or(Some(self.now_us)),
+            Board::On { since_us, .. } => *since_us += since.map_or(0, |hung_us| self.now_us - hung_us),
+            Board::Off(_) => {}
+        }
+    }
+
+    /// Starts the module anew, as its watchdog would: the RAM is lost. Without effect if the power is off.
+    pub fn reset(&mut self) {
+        if self.has_power() {
+            self.power_off();
+            self.power_on();
+        }
+    }
+
+    /// The firmware while it has power and does not hang.
+    #[inline]
+    fn running(&mut self) -> Option<&mut Firmware> {
+        match &mut self.board {
+            Board::On { firmware, .. } if self.hung_since_us.is_none() => Some(firmware),
+            _ => None,
+        }
+    }
+
     /// Cuts the power: the RAM is lost, the motors are without current, the outputs low. Without effect if it is off.
     pub fn power_off(&mut self) {
+        self.hung_since_us = None;
         self.replace_board(|board| match board {
             Board::On { firmware, .. } => {
                 let (mut machine, eeprom) = firmware.into_parts();
@@ -238,7 +269,7 @@ impl Bench {
         self.replace_board(|board| match board {
             Board::Off(parts) => {
                 let (machine, eeprom) = *parts;
-                Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us }
+                Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us }
             }
             on @ Board::On { .. } => on,
         });
@@ -255,7 +286,7 @@ impl Bench {
     /// The machine: plants, inputs, outputs.
     pub fn machine(&mut self) -> &mut Machine {
         match &mut self.board {
-            Board::On { firmware, .. } => firmware.machine(),
+            Board::On { firmware, .. } => firmware.ports(),
             Board::Off(parts) => &mut parts.0,
         }
     }
@@ -268,7 +299,7 @@ impl Bench {
 
     fn machine_ref(&self) -> &Machine {
         match &self.board {
-            Board::On { firmware, .. } => firmware.machine_ref(),
+            Board::On { firmware, .. } => firmware.ports_ref(),
             Board::Off(parts) => &parts.0,
         }
     }

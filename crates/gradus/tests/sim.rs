@@ -251,3 +251,52 @@ fn a_broker_serves_several_commands_at_once() {
     drop((one, other));
     broker.stop();
 }
+
+/// A host of the fleet that stores one value after the other until its line breaks; the last that was acknowledged.
+fn store_until_the_end(address: std::net::SocketAddr) -> i32 {
+    let mut stream = std::net::TcpStream::connect(address).unwrap();
+    let mut ask = |opcode: Opcode, value: i32| {
+        let instruction = Instruction::new(opcode, 9, 2, value);
+        let mut reply = [0; 9];
+        stream.write_all(&gradus_tmcl::Request { address: 1, instruction }.emit()).ok()?;
+        stream.read_exact(&mut reply).ok()?;
+        gradus_tmcl::Reply::parse(&reply).ok().filter(|reply| reply.status.is_ok())
+    };
+    (1..).take_while(|value| ask(Opcode::SGP, *value).and_then(|_| ask(Opcode::STGP, 0)).is_some()).last().unwrap_or(0)
+}
+
+#[test]
+fn sigterm_under_load_loses_no_acknowledged_value_of_a_fleet() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--count", "8", "--tcp", "127.0.0.1:0", "--eeprom", text(folder.path())];
+    let mut sim = Sim::start(&arguments);
+    let addresses = sim.endpoints.iter().map(|endpoint| endpoint.strip_prefix("tcp ").unwrap().parse().unwrap());
+    let hosts: Vec<_> = addresses.map(|address| std::thread::spawn(move || store_until_the_end(address))).collect();
+    std::thread::sleep(Duration::from_millis(300));
+    kill(&sim.process, "TERM");
+    assert!(sim.process.wait().unwrap().success());
+    let stored: Vec<i32> = hosts.into_iter().map(|host| host.join().unwrap()).collect();
+    assert!(stored.iter().all(|value| *value > 0), "{stored:?}");
+
+    let sim = Sim::start(&arguments);
+    for (index, acknowledged) in stored.into_iter().enumerate() {
+        let kept = sim.session(index).command(Instruction::new(Opcode::GGP, 9, 2, 0)).unwrap();
+        // The next value may have been stored without its reply having arrived.
+        assert!((acknowledged..=acknowledged + 1).contains(&kept), "module {index}: {kept}, not {acknowledged}");
+    }
+    sim.stop();
+}
+
+#[test]
+fn a_fleet_has_ports_in_a_row() {
+    // Another program may take one of the ports meanwhile: then there is no fleet, and the next try has others.
+    let started = (0..20).find_map(|_| {
+        let first = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port().min(60_000);
+        let sim = Sim::start(&["--count", "3", "--tcp", &format!("127.0.0.1:{first}")]);
+        (!sim.endpoints.is_empty()).then_some((first, sim))
+    });
+    let (first, sim) = started.unwrap();
+    let ports: Vec<String> = (first..first + 3).map(|port| format!("tcp 127.0.0.1:{port}")).collect();
+    assert_eq!(sim.endpoints, ports);
+    sim.stop();
+}
