@@ -3,10 +3,9 @@
 //! The manual names the flags nowhere; their numbers are those of the maker's ROS driver. Where it is silent:
 //! - Voltage and temperature have two thresholds each. When the value is beyond the second one again, the flag goes and the driver
 //!   may be used. The supply is that of the manual's features, 8 to 28 V, with room for the brake chopper above it.
-//! - A phase current of 30 A, beyond any that the regulators may ask for, and a fault of the gate driver are latched: writing
-//!   1 to axis parameter 255 clears them.
-//! - A hall code that does not exist is a fault while hall sensors commutate. It must last for a millisecond: edges do not
-//!   come at the same instant.
+//! - A phase current of 30 A, beyond any that the regulators may ask for, a fault of the gate driver, and a hall code that does
+//!   not exist while hall sensors commutate, are latched: writing 1 to axis parameter 255 clears them. The hall code must
+//!   last for a millisecond: edges do not come at the same instant.
 //! - Whatever switched the driver off, the motor does not move again by itself.
 
 /// Flags of axis parameter 156.
@@ -70,7 +69,7 @@ impl Protection {
 
     /// Clears what is latched.
     pub(crate) fn clear(&mut self) {
-        self.flags &= !(flag::OVER_CURRENT | flag::DRIVER_ERROR | flag::INIT_ERROR);
+        self.flags &= !(flag::OVER_CURRENT | flag::HALL_ERROR | flag::DRIVER_ERROR | flag::INIT_ERROR);
     }
 
     /// The encoder has not moved as the rotor must have.
@@ -88,7 +87,7 @@ impl Protection {
         self.follow(flag::OVER_VOLTAGE, sight.voltage_dv >= over, sight.voltage_dv < back);
         let (over, back) = OVER_TEMPERATURE_C;
         self.follow(flag::OVER_TEMPERATURE, sight.temperature_c >= over, sight.temperature_c < back);
-        self.follow(flag::HALL_ERROR, self.hall_faults > patience, !sight.hall_fault);
+        self.follow(flag::HALL_ERROR, self.hall_faults > patience, false);
         let too_much = sight.phases_ma.iter().any(|current| current.unsigned_abs() > OVER_CURRENT_MA.unsigned_abs());
         self.follow(flag::OVER_CURRENT, too_much, false);
         self.follow(flag::DRIVER_ERROR, sight.gate_fault, false);

@@ -107,8 +107,9 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
         port.set_brake_chopper(false);
         port.rest();
         self.arm_null(port);
-        self.protect(port);
-        self.seen = self.feedback(port);
+        let phases_ma = self.phases_ma(port);
+        self.protect(phases_ma, port);
+        self.seen = feedback(phases_ma, port);
         self.control.idle(&self.seen);
     }
 
@@ -186,7 +187,7 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
             return;
         }
         let port = ports.axis(index);
-        self.protect(port);
+        self.protect(self.phases_ma(port), port);
         if (port.hall(), port.encoder()) != (self.seen.hall_bits, self.seen.encoder_count) {
             self.quiet_in = self.derived.quiet_ticks;
         }
@@ -195,9 +196,10 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
     #[inline]
     fn tick(&mut self, index: usize, _now: u64, switches: Switches, ports: &mut P) -> Events {
         let port = ports.axis(index);
-        self.protect(port);
+        let phases_ma = self.phases_ma(port);
+        self.protect(phases_ma, port);
         self.brake_at(switches);
-        let seen = self.feedback(port);
+        let seen = feedback(phases_ma, port);
         let duties = if self.is_on() {
             self.control.cycle(&seen)
         } else {
@@ -377,12 +379,6 @@ impl Servo {
         self.quiet_in = self.derived.quiet_ticks;
     }
 
-    #[inline]
-    fn feedback<A: Bridge + RotorInputs>(&self, port: &mut A) -> Feedback {
-        let [a, b, _] = self.phases_ma(port);
-        Feedback { phases_ma: [a, b], hall_bits: port.hall(), encoder_count: port.encoder() }
-    }
-
     /// Currents of the three phases (axis parameters 2 to 4).
     #[inline]
     pub(crate) fn phases_ma<A: Bridge>(&self, port: &mut A) -> [i32; 3] {
@@ -394,12 +390,12 @@ impl Servo {
 
     /// Looks for faults and works the brake chopper.
     #[inline]
-    fn protect<A: Bridge + Supply>(&mut self, port: &mut A) {
+    fn protect<A: Bridge + Supply>(&mut self, phases_ma: [i32; 3], port: &mut A) {
         let voltage_dv = port.voltage_dv();
         let sight = Sight {
             voltage_dv,
             temperature_c: port.temperature_c(),
-            phases_ma: self.phases_ma(port),
+            phases_ma,
             gate_fault: port.is_faulty(),
             hall_fault: self.derived.hall_commutates && self.control.hall_is_faulty(),
         };
@@ -430,6 +426,11 @@ impl Servo {
         self.quiet_in = if moved { self.derived.quiet_ticks } else { self.quiet_in.saturating_sub(1) };
         self.seen = seen;
     }
+}
+
+#[inline]
+fn feedback<A: RotorInputs>([a, b, _]: [i32; 3], port: &mut A) -> Feedback {
+    Feedback { phases_ma: [a, b], hall_bits: port.hall(), encoder_count: port.encoder() }
 }
 
 // The encoder.

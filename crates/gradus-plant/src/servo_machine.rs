@@ -24,6 +24,9 @@ const HALF_SQRT_3: f64 = 0.866_025_403_784_438_6;
 /// Copper's resistance rises by this share of its value at 25 degC for each kelvin.
 const COPPER_PER_K: f64 = 0.003_86;
 
+/// Speed in rad/s that is none any more: without friction a rotor would never come to rest.
+const SLOWEST: f64 = 1e-6;
+
 /// Below this current in amperes a phase takes less than the whole dead time: its ripple reverses within the period.
 const DEAD_TIME_SOFT_A: f64 = 0.05;
 
@@ -237,7 +240,7 @@ struct StepEnd {
 }
 
 /// A servo motor with everything that the module's connectors lead to.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct ServoMachine {
     setup: ServoSetup,
     constants: Constants,
@@ -250,6 +253,7 @@ pub struct ServoMachine {
     angle_steps: u8,
     bus_v: f64,
     chopper: bool,
+    blocked: bool,
     ambient_c: f64,
     winding_c: f64,
     driver_c: f64,
@@ -268,6 +272,7 @@ impl ServoMachine {
             angle_steps: 0,
             bus_v: setup.supply.source_v,
             chopper: false,
+            blocked: false,
             ambient_c: 25.0,
             winding_c: 25.0,
             driver_c: 25.0,
@@ -384,7 +389,7 @@ impl ServoMachine {
             return (friction_nm.copysign(self.motion.speed), false);
         }
         let push_nm = self.torque_nm() - load_nm;
-        (friction_nm.copysign(push_nm), push_nm.abs() <= friction_nm)
+        (friction_nm.copysign(push_nm), self.blocked || push_nm.abs() <= friction_nm)
     }
 
     /// A step of the classical method. The angle, which turns the voltage away, is that of a constant acceleration: in
@@ -568,11 +573,42 @@ impl ServoMachine {
         self.setup.mechanics.load_nm = load_nm;
     }
 
+    /// Something holds the shaft, or nothing any more.
+    pub fn block(&mut self, blocked: bool) {
+        self.blocked = blocked;
+        if blocked {
+            self.motion.speed = 0.0;
+        }
+    }
+
+    /// True while something holds the shaft.
+    pub fn is_blocked(&self) -> bool {
+        self.blocked
+    }
+
     /// Voltage of the source and temperature around.
     pub fn surround(&mut self, surroundings: Surroundings) {
         self.setup.supply.source_v = surroundings.supply_v;
         self.period = Period::new(&self.setup, self.period.seconds);
         self.ambient_c = surroundings.temperature_c;
+    }
+
+    /// True if nothing would change with the bridge open: no current, no motion, friction bears the load, the supply is at its
+    /// voltage and the bridge as warm as its surroundings, by a kelvin. The winding may still be warmer.
+    pub fn is_at_rest(&self) -> bool {
+        let Motion { d_a, q_a, speed, .. } = self.motion;
+        let mechanics = &self.setup.mechanics;
+        let bus_v = self.period.supply.next_v(self.bus_v, 0.0, self.chopper);
+        (d_a, q_a) == (0.0, 0.0)
+            && speed.abs() < SLOWEST
+            && (self.blocked || mechanics.load_nm.abs() <= mechanics.friction_nm)
+            && (bus_v - self.bus_v).abs() < 1e-4
+            && (self.driver_c - self.ambient_c).abs() < 1.0
+    }
+
+    /// Warms the bridge, as something else on the board would.
+    pub fn heat_driver(&mut self, driver_c: f64) {
+        self.driver_c = driver_c;
     }
 
     /// Switches the brake resistor.

@@ -2,16 +2,16 @@
 
 use std::collections::VecDeque;
 
-use gradus_firmware::{Link, LinkKind, Module};
+use gradus_firmware::{Link, LinkKind};
 use gradus_plant::{Readings, STEP_US};
-use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_3351};
+use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
-use crate::{Eeprom, Machine};
+use crate::{Eeprom, Firmware, Machine};
 
 /// The modules whose firmware really runs; the others are in the catalogue only.
-pub static VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351, &TMCM_351];
+pub static VIRTUAL_MODULES: &[&catalogue::Module] = &[&TMCM_3351, &TMCM_351, &TMCM_1617];
 
 /// Whether the firmware of a module runs.
 pub fn is_virtual(module: &catalogue::Module) -> bool {
@@ -22,9 +22,6 @@ pub fn is_virtual(module: &catalogue::Module) -> bool {
 pub fn virtual_names() -> String {
     VIRTUAL_MODULES.iter().map(|module| module.name.to_lowercase()).collect::<Vec<_>>().join(", ")
 }
-
-/// The firmware of a virtual module with its machine and memory.
-pub type Firmware = Module<Machine, Eeprom>;
 
 /// One module with its machine, in virtual time: microseconds since the bench was built.
 ///
@@ -57,20 +54,20 @@ pub struct Bench {
 /// The board with and without power. The firmware's time starts anew with the power.
 #[derive(Debug)]
 enum Board {
-    On { firmware: Box<Firmware>, since_us: u64 },
+    On { firmware: Firmware, since_us: u64 },
     Off(Box<(Machine, Eeprom)>),
 }
 
 impl Bench {
     /// Puts a module on a machine and switches it on.
     pub fn new(catalogue: &'static catalogue::Module, machine: Machine, eeprom: Eeprom) -> Self {
-        let board = Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us: 0 };
+        let board = Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us: 0 };
         Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0, hung_since_us: None }
     }
 
     /// A module with an erased EEPROM on a machine of default motors without switches.
     pub fn with_defaults(catalogue: &'static catalogue::Module) -> Self {
-        Self::new(catalogue, Machine::new(catalogue.axes.into()), Eeprom::of(catalogue))
+        Self::new(catalogue, Machine::of(catalogue), Eeprom::of(catalogue))
     }
 
     /// The same with axes that never lose a step: exact, and without cost while they rest.
@@ -269,7 +266,7 @@ impl Bench {
         self.replace_board(|board| match board {
             Board::Off(parts) => {
                 let (machine, eeprom) = *parts;
-                Board::On { firmware: Box::new(Module::new(catalogue, machine, eeprom)), since_us }
+                Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us }
             }
             on @ Board::On { .. } => on,
         });
@@ -286,7 +283,7 @@ impl Bench {
     /// The machine: plants, inputs, outputs.
     pub fn machine(&mut self) -> &mut Machine {
         match &mut self.board {
-            Board::On { firmware, .. } => firmware.ports(),
+            Board::On { firmware, .. } => firmware.machine(),
             Board::Off(parts) => &mut parts.0,
         }
     }
@@ -299,7 +296,7 @@ impl Bench {
 
     fn machine_ref(&self) -> &Machine {
         match &self.board {
-            Board::On { firmware, .. } => firmware.ports_ref(),
+            Board::On { firmware, .. } => firmware.machine_ref(),
             Board::Off(parts) => &parts.0,
         }
     }

@@ -43,6 +43,27 @@
 //! RMS, Nm and gcm^2; the last three may be left out. A rigid axis takes `inertia`, `friction`, `viscous` and `load`, and does
 //! not feel them. The first current pulls a rotor at most two full steps from its `start` to where the coils point.
 //!
+//! A TMCM-1617 has one `[servo]` in place of axes. What is here are the defaults, but for `hall_errors`, `load` and the encoder:
+//!
+//! ```toml
+//! module = "tmcm-1617"
+//!
+//! [servo]
+//! motor = "QBL4208-61"                     # or its sheet, see below
+//! inertia = 50                             # of the load at the shaft in gcm^2
+//! friction = 0.001                         # Coulomb friction at the shaft in Nm
+//! viscous = 0.000001                       # viscous friction in Nm per rad/s
+//! load = 0.02                              # a weight: torque against the positive direction in Nm; 0 if left out
+//! magnet = 0.0                             # where it points at first: electrical degrees ahead of phase A
+//! hall_errors = [2.0, -1.0, 0.0]           # how far the hall sensors are out of place, in electrical degrees
+//! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel
+//! source = { resistance = 0.1, capacitance = 1.0, takes_back = false, brake_resistor = 10.0 }   # ohm, mF
+//! ```
+//!
+//! [`SERVO_MOTORS`](gradus_plant::SERVO_MOTORS) lists the motors. The data of a sheet are values from line to line: `motor = {
+//! pole_pairs = 4, resistance = 0.72, inductance = 1.2, torque_constant = 0.036, current = 3.47, inertia = 48 }`, in ohm, mH, Nm/A,
+//! A and gcm^2; `direct_current = true` is a brushed motor between the phases A and B. Analogue inputs read 0 to 4095.
+//!
 //! Several modules on buses are `[[module]]` tables, each with the keys that stand at the top of a file of one module, see
 //! `rig_file`.
 //!
@@ -61,12 +82,14 @@ use toml::de::DeTable;
 
 use crate::console::Change;
 use crate::problem::{Misfit, Problem};
-use crate::quantity::{adc_value, celsius, microseconds, supply, virtual_module};
-use crate::{Bench, Eeprom, Machine, MachineIo};
+use crate::quantity::{celsius, microseconds, supply, virtual_module};
+use crate::{Bench, Eeprom, Machine, MachineAxis, MachineIo, ServoDrive};
 
 use self::axis::AxisTable;
+use self::servo::ServoTable;
 
 mod axis;
+mod servo;
 
 /// What a bench file says.
 #[derive(Clone, Debug)]
@@ -146,6 +169,7 @@ pub(crate) struct Document {
     temperature: f64,
     #[serde(default)]
     axis: BTreeMap<Spanned<String>, AxisTable>,
+    servo: Option<Spanned<ServoTable>>,
     #[serde(default)]
     io: IoTable,
     #[serde(default)]
@@ -157,12 +181,8 @@ pub(crate) struct Document {
 struct IoTable {
     enable: bool,
     inputs: BTreeMap<Spanned<String>, bool>,
-    analog: BTreeMap<Spanned<String>, AdcValue>,
+    analog: BTreeMap<Spanned<String>, Spanned<i64>>,
 }
-
-#[derive(Deserialize, Clone, Copy)]
-#[serde(transparent)]
-struct AdcValue(#[serde(deserialize_with = "adc_value")] i32);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table with at and do")]
@@ -191,28 +211,50 @@ impl Default for IoTable {
 
 impl Document {
     pub(crate) fn build(self) -> Result<BenchFile, Misfit> {
+        let surroundings = Surroundings { supply_v: self.supply, temperature_c: self.temperature };
+        let (axes, servos) = match self.module.is_servo() {
+            true => (Vec::new(), vec![self.servo(surroundings)?]),
+            false => (self.axes()?, Vec::new()),
+        };
+        let events = self.event.iter().map(|event| event.build(self.module)).collect::<Result<_, _>>()?;
+        let mut io = self.io.build(MachineIo::of(self.module))?;
+        io.surroundings = surroundings;
+        Ok(BenchFile { module: self.module, machine: Machine { axes, servos, io }, events })
+    }
+
+    fn axes(&self) -> Result<Vec<MachineAxis>, Misfit> {
+        if let Some(table) = &self.servo {
+            let message = format!("the axes of a {} are `[axis.0]` and so on", self.module.name);
+            return Err(Misfit::new(Some(table.span()), message));
+        }
         let count = self.module.axes;
         let mut axes = vec![AxisTable::default().build(); count.into()];
-        for (number, table) in self.axis {
-            let index = choose(&number, 0..count, "an axis")?;
+        for (number, table) in &self.axis {
+            let index = choose(number, 0..count, "an axis")?;
             axes[usize::from(index)] = table.build();
         }
-        let events = self.event.iter().map(|event| event.build(self.module)).collect::<Result<_, _>>()?;
-        let mut io = self.io.build()?;
-        io.surroundings = Surroundings { supply_v: self.supply, temperature_c: self.temperature };
-        Ok(BenchFile { module: self.module, machine: Machine { axes, io }, events })
+        Ok(axes)
+    }
+
+    fn servo(&self, surroundings: Surroundings) -> Result<ServoDrive, Misfit> {
+        if let Some(number) = self.axis.keys().next() {
+            let message = format!("the axis of a {} is `[servo]`", self.module.name);
+            return Err(Misfit::new(Some(number.span()), message));
+        }
+        let default = ServoTable::default();
+        Ok(self.servo.as_ref().map_or(&default, Spanned::get_ref).build(surroundings))
     }
 }
 
 impl IoTable {
-    fn build(self) -> Result<MachineIo, Misfit> {
-        let mut io = MachineIo::default();
+    fn build(self, mut io: MachineIo) -> Result<MachineIo, Misfit> {
         io.set_enable(self.enable);
         for (port, level) in self.inputs {
             io.set_input(choose(&port, 0..8, "an input")?, level);
         }
-        for (port, AdcValue(value)) in self.analog {
-            io.set_analog(choose(&port, MachineIo::ANALOG_PINS.into_iter(), "an analogue input")?, value);
+        for (port, value) in self.analog {
+            let port = choose(&port, io.analog_pins().iter().copied(), "an analogue input")?;
+            io.set_analog(port, adc_value(&value, io.full_scale())?);
         }
         Ok(io)
     }
@@ -227,6 +269,14 @@ impl EventTable {
         let change = Change::parse(self.line.as_ref(), module).map_err(misfit)?;
         Ok((self.at, change))
     }
+}
+
+/// What a converter reads.
+fn adc_value(value: &Spanned<i64>, full_scale: i32) -> Result<i32, Misfit> {
+    let read = i32::try_from(*value.get_ref()).ok().filter(|value| (0..=full_scale).contains(value));
+    let message =
+        || format!("invalid value: integer `{}`, expected a whole number from 0 to {full_scale}", value.get_ref());
+    read.ok_or_else(|| Misfit::new(Some(value.span()), message()))
 }
 
 /// A key that is one of these numbers.

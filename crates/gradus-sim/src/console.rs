@@ -9,6 +9,8 @@ use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::{Bench, MachineIo};
 
+mod servo;
+
 /// A line that is no command. Nothing has been changed.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[allow(missing_docs)] // the messages say it
@@ -86,7 +88,7 @@ fn understand(line: &str, catalogue: &Module) -> Result<Option<(Action, Vec<f64>
     };
     let words: Vec<&str> = words.collect();
     let mut problem = ConsoleError::Unknown(name.to_owned());
-    for command in COMMANDS.iter().filter(|command| command.name == name) {
+    for command in commands(catalogue).filter(|command| command.name == name) {
         match command.operands(&words, catalogue) {
             Ok(operands) => return Ok(Some((command.action, operands))),
             Err(error) => problem = problem.or(error),
@@ -161,6 +163,11 @@ impl Command {
         self.operands.iter().zip(words).map(read).collect()
     }
 
+    /// The analogue inputs of a servo module are others.
+    fn is_for_steppers(&self) -> bool {
+        self.name == "analog" || self.operands.iter().any(|operand| matches!(operand, Operand::Axis))
+    }
+
     fn usage(&self) -> String {
         self.operands.iter().fold(self.name.to_owned(), |usage, operand| format!("{usage} {operand}"))
     }
@@ -184,7 +191,7 @@ const fn change(
     Command { name, operands, help, action: Action::Do(action) }
 }
 
-/// A command has a row for each form of its operands.
+/// A command has a row for each form of its operands. An axis here is one of steppers; a servo has its own table.
 const COMMANDS: &[Command] = &[
     change("in", &[Operand::Number { name: "PORT", limit: 8 }, LEVEL], "level of a digital input", |bench, value| {
         bench.machine().io.set_input(value[0] as u8, value[1] == 1.0);
@@ -284,8 +291,15 @@ const COMMANDS: &[Command] = &[
     }),
     change("reset", &[], "starts the module anew", |bench, _| bench.reset()),
     Command { name: "show", operands: &[], help: "state of the machine", action: Action::Tell(show) },
-    Command { name: "help", operands: &[], help: "this list", action: Action::Tell(|_| help()) },
+    Command { name: "help", operands: &[], help: "this list", action: Action::Tell(|bench| help(bench.catalogue())) },
 ];
+
+/// The rows for a module.
+fn commands(catalogue: &Module) -> impl Iterator<Item = &'static Command> {
+    let servo = catalogue.is_servo();
+    let own: &[Command] = if servo { servo::COMMANDS } else { &[] };
+    COMMANDS.iter().filter(move |command| !(servo && command.is_for_steppers())).chain(own)
+}
 
 fn plant(bench: &mut Bench, axis: f64) -> &mut StepperAxis {
     &mut bench.machine().axes[axis as usize].plant
@@ -299,16 +313,17 @@ fn change_mechanics(bench: &mut Bench, axis: f64, change: impl FnOnce(&mut Mecha
     }
 }
 
-fn help() -> String {
+fn help(catalogue: &Module) -> String {
     let line = |command: &Command| format!("{:<44} {}\n", command.usage(), command.help);
-    COMMANDS.iter().map(line).collect()
+    commands(catalogue).map(line).collect()
 }
 
 fn show(bench: &mut Bench) -> String {
     let mut text = show_supply(bench);
-    for axis in 0..usize::from(bench.catalogue().axes) {
+    for axis in 0..bench.machine().axes.len() {
         text += &show_axis(bench, axis);
     }
+    text += &servo::show(bench);
     text + &show_io(&bench.machine().io)
 }
 
@@ -359,7 +374,8 @@ fn show_motor(bench: &mut Bench, axis: usize) -> String {
 
 fn show_io(io: &MachineIo) -> String {
     let bits = |levels: u8| (0..8).map(|port| format!(" {}", levels >> port & 1)).collect::<String>();
-    let analog = MachineIo::ANALOG_PINS.map(|port| format!(" {port}: {}", io.adc_value(port))).join(",");
+    let analog = io.analog_pins().iter().map(|port| format!(" {port}: {}", io.adc_value(*port))).collect::<Vec<_>>();
+    let analog = analog.join(",");
     format!("inputs 0-7: {}\noutputs 0-7:{}\nanalog{analog}\n", bits(io.levels()), bits(io.outputs()))
 }
 

@@ -2,9 +2,11 @@
 
 use gradus_firmware::Io;
 use gradus_plant::Surroundings;
+use gradus_tmcl::catalogue::Module;
 
-/// Full scale of the 10-bit converters.
-const FULL_SCALE: i32 = 1023;
+/// Full scale of the converters of 10 and 12 bits.
+const TEN_BITS: i32 = 1023;
+const TWELVE_BITS: i32 = 4095;
 
 /// Ports that measure the board itself.
 const SUPPLY_ADC: u8 = 4;
@@ -19,27 +21,31 @@ const TEMPERATURE_CELSIUS: u8 = 9;
 pub struct Adc {
     zero: f64,
     full: f64,
+    full_scale: i32,
 }
 
 impl Adc {
     /// ANA0 to ANA3 in the range that `SIO 8, 0, 0` selects, in volts.
-    pub const THREE_VOLTS: Self = Self { zero: 0.0, full: 3.3 };
+    pub const THREE_VOLTS: Self = Self { zero: 0.0, full: 3.3, full_scale: TEN_BITS };
     /// ANA0 to ANA3 in the range that `SIO 8, 0, 1` selects, in volts; IN6 and IN7 always.
-    pub const TEN_VOLTS: Self = Self { zero: 0.0, full: 10.0 };
+    pub const TEN_VOLTS: Self = Self { zero: 0.0, full: 10.0, full_scale: TEN_BITS };
     /// Supply voltage behind a divider by 17, in volts: 24.0 V is 438.
-    pub const SUPPLY: Self = Self { zero: 0.0, full: 56.1 };
+    pub const SUPPLY: Self = Self { zero: 0.0, full: 56.1, full_scale: TEN_BITS };
     /// A sensor of 0.5 V at 0 degC and 10 mV a degree at a 3.3 V converter, in degrees Celsius: 25 degC is 233.
-    pub const TEMPERATURE: Self = Self { zero: -50.0, full: 280.0 };
+    pub const TEMPERATURE: Self = Self { zero: -50.0, full: 280.0, full_scale: TEN_BITS };
+    /// AIN0 to AIN2 of the TMCM-1617, 12 bits, in volts: a choice too.
+    pub const SERVO: Self = Self { zero: 0.0, full: 5.0, full_scale: TWELVE_BITS };
 
-    /// The ADC value of a quantity, 0..=1023, rounded; what is out of range reads as the end of the range.
+    /// The ADC value of a quantity, from 0 to the full scale, rounded; what is out of range reads as the end of the range.
     pub fn value(self, quantity: f64) -> i32 {
         let share = (quantity - self.zero) / (self.full - self.zero);
-        (share * f64::from(FULL_SCALE)).round().clamp(0.0, f64::from(FULL_SCALE)) as i32
+        let full_scale = f64::from(self.full_scale);
+        (share * full_scale).round().clamp(0.0, full_scale) as i32
     }
 
     /// The quantity that reads as `value`.
     pub fn quantity(self, value: i32) -> f64 {
-        self.zero + f64::from(value) / f64::from(FULL_SCALE) * (self.full - self.zero)
+        self.zero + f64::from(value) / f64::from(self.full_scale) * (self.full - self.zero)
     }
 }
 
@@ -52,6 +58,8 @@ pub struct MachineIo {
     outputs: u8,
     enable: bool,
     ten_volts: bool,
+    /// The converters are those of the TMCM-1617.
+    servo: bool,
     /// Voltages of bank 1; [`Self::ANALOG_PINS`] says which are pins.
     volts: [f64; 8],
     /// Supply and climate of the module.
@@ -62,10 +70,28 @@ impl MachineIo {
     /// The ports of bank 1 that are pins; the others measure the board.
     pub const ANALOG_PINS: [u8; 6] = [0, 1, 2, 3, 6, 7];
 
+    /// The same of a TMCM-1617.
+    pub const SERVO_PINS: [u8; 3] = [0, 1, 2];
+
+    /// Those of this module.
+    pub fn analog_pins(&self) -> &'static [u8] {
+        if self.servo { &Self::SERVO_PINS } else { &Self::ANALOG_PINS }
+    }
+
+    /// What a converter of bank 1 reads at the end of its range.
+    pub fn full_scale(&self) -> i32 {
+        if self.servo { TWELVE_BITS } else { TEN_BITS }
+    }
+
+    /// The ports of a module, everything low.
+    pub fn of(catalogue: &Module) -> Self {
+        Self { servo: catalogue.is_servo(), ..Self::default() }
+    }
+
     /// Sets a digital input, below 8. IN6 and IN7 go to an end of the converter's range.
     pub fn set_input(&mut self, port: u8, level: bool) {
-        if Self::is_both(port) {
-            self.set_analog(port, if level { FULL_SCALE } else { 0 });
+        if self.is_both(port) {
+            self.set_analog(port, if level { TEN_BITS } else { 0 });
         } else {
             self.set_level(port, level);
         }
@@ -78,8 +104,8 @@ impl MachineIo {
         if let Some(pin) = self.volts.get_mut(usize::from(port)) {
             *pin = volts;
         }
-        if Self::is_both(port) {
-            self.set_level(port, value > FULL_SCALE / 2);
+        if self.is_both(port) {
+            self.set_level(port, value > TEN_BITS / 2);
         }
     }
 
@@ -107,6 +133,7 @@ impl MachineIo {
     pub fn adc_value(&self, port: u8) -> i32 {
         let Surroundings { supply_v, temperature_c } = self.surroundings;
         match port {
+            _ if self.servo => self.volts.get(usize::from(port)).map_or(0, |volts| Adc::SERVO.value(*volts)),
             SUPPLY_ADC => Adc::SUPPLY.value(supply_v),
             TEMPERATURE_ADC => Adc::TEMPERATURE.value(temperature_c),
             SUPPLY_DECIVOLT => (supply_v * 10.0).round() as i32,
@@ -121,8 +148,8 @@ impl MachineIo {
         self.ten_volts = false;
     }
 
-    fn is_both(port: u8) -> bool {
-        matches!(port, 6 | 7)
+    fn is_both(&self, port: u8) -> bool {
+        !self.servo && matches!(port, 6 | 7)
     }
 
     fn set_level(&mut self, port: u8, level: bool) {
@@ -131,7 +158,11 @@ impl MachineIo {
     }
 
     fn adc(&self, port: u8) -> Adc {
-        if self.ten_volts || Self::is_both(port) { Adc::TEN_VOLTS } else { Adc::THREE_VOLTS }
+        match port {
+            _ if self.servo => Adc::SERVO,
+            _ if self.ten_volts || self.is_both(port) => Adc::TEN_VOLTS,
+            _ => Adc::THREE_VOLTS,
+        }
     }
 }
 
@@ -143,6 +174,7 @@ impl Default for MachineIo {
             outputs: 0,
             enable: true,
             ten_volts: false,
+            servo: false,
             volts: [0.0; 8],
             surroundings: Surroundings::default(),
         }

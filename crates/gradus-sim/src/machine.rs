@@ -1,11 +1,13 @@
 //! The hardware of a simulated module: plants behind the ports of the firmware.
 
 use gradus_firmware::{
-    AxisInputs, CoolStep, DriverSettings, DriverState, NullEvent, Ports, StealthChop, StepperStage, Steppers, Switches,
+    AxisInputs, CoolStep, DriverSettings, DriverState, NullEvent, Ports, Servo, StealthChop, StepperStage, Steppers,
+    Switches,
 };
-use gradus_plant::{StepperAxis, Switch};
+use gradus_plant::{STEP_US, StepperAxis, Switch};
+use gradus_tmcl::catalogue::Module;
 
-use crate::MachineIo;
+use crate::{MachineIo, ServoDrive};
 
 /// A power stage with the simulated axis it drives.
 #[derive(Clone, PartialEq, Debug, Default)]
@@ -94,37 +96,50 @@ impl AxisInputs for MachineAxis {
 /// All that hangs on the connectors of a module.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
-    /// The axes, one for each motor of the module.
+    /// The stepper axes, one for each motor of the module; none of a servo module.
     pub axes: Vec<MachineAxis>,
+    /// The servo, of a servo module.
+    pub servos: Vec<ServoDrive>,
     /// Digital and analogue ports.
     pub io: MachineIo,
 }
 
 impl Machine {
-    /// A machine of default axes: motors with a light load and an encoder.
+    /// The machine of a module: default motors with a light load and an encoder.
+    pub fn of(catalogue: &Module) -> Self {
+        let (steppers, servos) = if catalogue.is_servo() { (0, catalogue.axes) } else { (catalogue.axes, 0) };
+        Self {
+            axes: vec![MachineAxis::default(); steppers.into()],
+            servos: vec![ServoDrive::default(); servos.into()],
+            io: MachineIo::of(catalogue),
+        }
+    }
+
+    /// A machine of default stepper axes.
     pub fn new(axes: usize) -> Self {
-        Self { axes: vec![MachineAxis::default(); axes], io: MachineIo::default() }
+        Self { axes: vec![MachineAxis::default(); axes], servos: Vec::new(), io: MachineIo::default() }
     }
 
     /// A machine of axes that never lose a step, with 200 full steps a turn and an encoder.
     pub fn rigid(axes: usize) -> Self {
         let axis = MachineAxis { plant: StepperAxis::rigid(200) };
-        Self { axes: vec![axis; axes], io: MachineIo::default() }
+        Self { axes: vec![axis; axes], servos: Vec::new(), io: MachineIo::default() }
     }
 
     /// True if time has a meaning for an axis.
     pub(crate) fn lives(&self) -> bool {
-        self.axes.iter().any(|axis| axis.plant.lives())
+        self.axes.iter().any(|axis| axis.plant.lives()) || self.servos.iter().any(ServoDrive::is_ticking)
     }
 
     /// True while an axis needs its steps.
     pub(crate) fn is_awake(&self) -> bool {
-        self.axes.iter().any(|axis| axis.plant.is_awake())
+        self.axes.iter().any(|axis| axis.plant.is_awake()) || self.servos.iter().any(ServoDrive::is_awake)
     }
 
     /// Lets all axes look at their surroundings anew.
     pub(crate) fn wake(&mut self) {
         self.axes.iter_mut().for_each(|axis| axis.plant.wake());
+        self.servos.iter_mut().for_each(|servo| servo.surround(self.io.surroundings));
     }
 
     /// A step of all axes that are awake, which ends at `now_us`.
@@ -133,6 +148,9 @@ impl Machine {
         for axis in &mut self.axes {
             axis.plant.advance(now_us, &self.io.surroundings);
         }
+        for servo in &mut self.servos {
+            servo.advance(STEP_US as f64 * 1e-6);
+        }
     }
 
     /// What the loss of power does: no current in the coils, all outputs low.
@@ -140,7 +158,30 @@ impl Machine {
         for axis in &mut self.axes {
             axis.plant.release();
         }
+        for servo in &mut self.servos {
+            servo.release();
+        }
         self.io.lose_power();
+    }
+}
+
+/// The machine of a servo module.
+#[derive(Debug)]
+pub struct ServoBoard(pub(crate) Machine);
+
+impl Ports for ServoBoard {
+    type Axes = Servo;
+    type Axis = ServoDrive;
+    type Io = MachineIo;
+
+    #[inline]
+    fn axis(&mut self, axis: usize) -> &mut ServoDrive {
+        &mut self.0.servos[axis]
+    }
+
+    #[inline]
+    fn io(&mut self) -> &mut MachineIo {
+        &mut self.0.io
     }
 }
 

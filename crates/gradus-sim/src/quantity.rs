@@ -23,7 +23,7 @@ const LONGEST: f64 = 1e6;
 
 const FULL_STEPS: Number = Number::whole(1.0, 10_000.0);
 const COUNTS: Number = Number::whole(1.0, 1e6);
-const ADC_VALUE: Number = Number::whole(0.0, 1023.0);
+const POLE_PAIRS: Number = Number::whole(1.0, 255.0);
 const BOUNCE: Number = Number::any("seconds", 0.0, 10.0);
 const SECONDS: Number = Number::any("seconds", 0.0, 1e9);
 
@@ -73,9 +73,9 @@ pub(crate) fn counts<'de, D: Deserializer<'de>>(value: D) -> Result<u32, D::Erro
     value.deserialize_any(COUNTS).map(|number| number as u32)
 }
 
-/// What a 10-bit converter reads.
-pub(crate) fn adc_value<'de, D: Deserializer<'de>>(value: D) -> Result<i32, D::Error> {
-    value.deserialize_any(ADC_VALUE).map(|number| number as i32)
+/// Pole pairs of a motor.
+pub(crate) fn pole_pairs<'de, D: Deserializer<'de>>(value: D) -> Result<u32, D::Error> {
+    value.deserialize_any(POLE_PAIRS).map(|number| number as u32)
 }
 
 /// How long a contact bounces: seconds as microseconds.
@@ -114,6 +114,12 @@ quantities! {
     amperes: Number::any("amperes", 1e-3, 1e3);
     /// How far a coupling has slipped.
     slip: Number::any("degrees", -36_000.0, 36_000.0);
+    /// An angle.
+    degrees: Number::any("degrees", -36_000.0, 36_000.0);
+    /// Torque of a motor's current.
+    torque_constant: Number::any("Nm/A", 1e-4, 1e3);
+    /// Capacitor of a supply.
+    millifarads: Number::any("millifarads", 1e-2, 1e3);
     /// Supply of a module.
     supply: Number::any("volts", 0.0, 60.0);
     /// A part of a whole.

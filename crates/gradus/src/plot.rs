@@ -11,10 +11,10 @@ use crate::recording::{Recording, Sample, Zone};
 
 /// Size of a chart in pixels.
 const CHART: (u32, u32) = (1000, 350);
+/// Parts of a pixel: the library draws with whole numbers, which would make steps of a flat slope.
+const PX: u32 = 4;
 /// Points of a curve; more cannot be told apart.
 const POINTS: usize = 2000;
-/// Height of the line above a chart that says which curve is whose.
-const LEGEND: u32 = 20;
 /// Space above and below the curves, as a part of their height.
 const MARGIN: f64 = 0.05;
 
@@ -35,10 +35,11 @@ struct Curve<'a> {
 /// When there is nothing that can be drawn.
 pub fn svg(recording: &Recording) -> anyhow::Result<String> {
     let mut text = String::new();
-    let size = (CHART.0, CHART.1 * recording.probe.channels.len() as u32);
-    draw(&SVGBackend::with_string(&mut text, size).into_drawing_area(), recording)
+    let (width, height) = (CHART.0, CHART.1 * recording.probe.channels.len() as u32);
+    draw(&SVGBackend::with_string(&mut text, (width * PX, height * PX)).into_drawing_area(), recording)
         .map_err(|error| anyhow!("cannot draw the picture: {error}"))?;
-    Ok(text)
+    let size = |px: u32| format!(r#"<svg width="{}" height="{}""#, width * px, height * px);
+    Ok(text.replacen(&size(PX), &size(1), 1))
 }
 
 fn draw(area: &Area, recording: &Recording) -> Result<(), DrawError> {
@@ -91,11 +92,11 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
     let (low, high) = span(curves);
     let decimals = decimals(high - low);
     area.fill(&WHITE)?;
-    let (head, body) = area.split_vertically(LEGEND);
+    let (head, body) = area.split_vertically(20 * PX);
     let mut chart = ChartBuilder::on(&body)
-        .margin(10)
-        .x_label_area_size(40)
-        .y_label_area_size(90)
+        .margin(10 * PX)
+        .x_label_area_size(40 * PX)
+        .y_label_area_size(90 * PX)
         .build_cartesian_2d(0.0..end, low..high)?;
     for curve in curves {
         shade(&mut chart, curve)?;
@@ -105,10 +106,15 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
         .x_desc("time [s]")
         .y_desc(title)
         .max_light_lines(0)
+        .bold_line_style(BLACK.mix(0.2).stroke_width(PX))
+        .axis_style(BLACK.stroke_width(PX))
+        .set_all_tick_mark_size(5 * PX)
+        .label_style(FONT)
+        .axis_desc_style(FONT)
         .y_label_formatter(&|value| format!("{value:.decimals$}"))
         .draw()?;
     for curve in curves {
-        chart.draw_series(LineSeries::new(curve.points.iter().copied(), color(curve)))?;
+        chart.draw_series(LineSeries::new(curve.points.iter().copied(), color(curve).stroke_width(PX)))?;
     }
     legend(&head, curves)
 }
@@ -127,7 +133,7 @@ fn shade(chart: &mut Chart, curve: &Curve) -> Result<(), DrawError> {
     Ok(())
 }
 
-const FONT: (&str, i32) = ("sans-serif", 12);
+const FONT: (&str, u32) = ("sans-serif", 12 * PX);
 
 fn color(curve: &Curve) -> RGBAColor {
     Palette99::pick(curve.axis.into()).to_rgba()
@@ -135,9 +141,11 @@ fn color(curve: &Curve) -> RGBAColor {
 
 /// Which curve is whose, above the chart and out of the way of the curves.
 fn legend(area: &Area, curves: &[Curve]) -> Result<(), DrawError> {
-    for (x, curve) in (100..).step_by(90).zip(curves) {
-        area.draw(&PathElement::new([(x, 14), (x + 20, 14)], color(curve)))?;
-        area.draw(&Text::new(format!("axis {}", curve.axis), (x + 26, 8), FONT))?;
+    let px = PX as i32;
+    for (x, curve) in (100 * px..).step_by(90 * PX as usize).zip(curves) {
+        let line = [(x, 14 * px), (x + 20 * px, 14 * px)];
+        area.draw(&PathElement::new(line, color(curve).stroke_width(PX)))?;
+        area.draw(&Text::new(format!("axis {}", curve.axis), (x + 26 * px, 8 * px), FONT))?;
     }
     Ok(())
 }

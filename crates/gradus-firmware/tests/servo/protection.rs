@@ -31,7 +31,7 @@ fn faults_switch_the_driver_off_and_some_go_by_themselves() {
         (|d| d.voltage_dv = 80, UNDER_VOLTAGE, |d| d.voltage_dv = 90, Some(|d| d.voltage_dv = 91)),
         (|d| d.voltage_dv = 320, OVER_VOLTAGE, |d| d.voltage_dv = 310, Some(|d| d.voltage_dv = 309)),
         (|d| d.temperature_c = 120, OVER_TEMPERATURE, |d| d.temperature_c = 100, Some(|d| d.temperature_c = 99)),
-        (|d| d.hall = 7, HALL_ERROR, |d| d.hall = 0, Some(|d| d.hall = 2)),
+        (|d| d.hall = 7, HALL_ERROR, |d| d.hall = 2, None),
         (|d| d.shunts = [32_767 + 30_001, 32_767 - 10_000], OVER_CURRENT, |d| d.shunts = [32_767; 2], None),
         (|d| d.gate_fault = true, DRIVER_ERROR, |d| d.gate_fault = false, None),
     ];

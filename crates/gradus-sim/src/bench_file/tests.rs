@@ -1,5 +1,5 @@
-use gradus_firmware::Io;
-use gradus_plant::{Mechanics, StepperAxis, Switch, Travel, Vane};
+use gradus_firmware::{Io, RotorInputs};
+use gradus_plant::{HallSensors, Mechanics, ServoSetup, StepperAxis, Switch, Travel, Vane};
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 
 use super::*;
@@ -18,6 +18,58 @@ fn example_of_the_module_text_is_a_bench_file() {
     let example = lines.skip_while(|line| *line != " ```toml").skip(1).take_while(|line| *line != " ```");
     let file = parsed(&example.collect::<Vec<_>>().join("\n"));
     assert_eq!((file.machine.axes[0].plant.position(), file.events.len()), (430_080, 1));
+}
+
+#[test]
+fn servo_of_the_module_text_is_a_servo() {
+    let lines = include_str!("../bench_file.rs").lines().map_while(|line| line.strip_prefix("//!"));
+    let example = lines.skip_while(|line| *line != " module = \"tmcm-1617\"").take_while(|line| *line != " ```");
+    let text = example.collect::<Vec<_>>().join("\n");
+    let file = parsed(&format!("{text}\n[io]\nanalog.2 = 4095"));
+    assert_eq!((file.machine.axes.len(), file.machine.io.clone().analog(2)), (0, 4095));
+    let default = ServoSetup::default();
+    let expected = ServoSetup {
+        mechanics: Mechanics { load_nm: 0.02, ..default.mechanics },
+        hall: HallSensors { placement_error_deg: [2.0, -1.0, 0.0] },
+        ..default
+    };
+    assert_eq!(file.machine.servos[0].plant.setup(), &expected);
+}
+
+#[test]
+fn servo_motor_is_named_or_described_by_its_sheet() {
+    let motor = |text: &str| {
+        let file = parsed(&format!("module = 'tmcm-1617'\n[servo]\nmotor = {text}"));
+        file.machine.servos[0].plant.setup().motor
+    };
+    let sheet =
+        "pole_pairs = 4, resistance = 0.72, inductance = 1.2, torque_constant = 0.036, current = 3.47, inertia = 48";
+    assert_eq!(motor("'qbl4208-61'"), motor(&format!("{{ {sheet} }}")));
+    let brushed =
+        "direct_current = true, resistance = 1, inductance = 1, torque_constant = 0.05, current = 3, inertia = 100";
+    assert_eq!(motor("'DC'"), motor(&format!("{{ {brushed} }}")));
+}
+
+#[test]
+fn servo_without_an_encoder_has_none() {
+    let mut bare = parsed("module = 'tmcm-1617'\n[servo]\nfriction = 0").machine;
+    bare.servos[0].plant.place(1.0);
+    assert_eq!(bare.servos[0].encoder(), 0);
+}
+
+#[test]
+fn tables_are_those_of_the_module() {
+    let problem = |text: &str| BenchFile::parse(text).unwrap_err().to_string();
+    assert_eq!(problem("module = 'tmcm-1617'\n[axis.0]\nload = 1"), "2: axis.0: the axis of a TMCM-1617 is `[servo]`");
+    assert_eq!(
+        problem("module = 'tmcm-3351'\n[servo]\nload = 1"),
+        "2: servo: the axes of a TMCM-3351 are `[axis.0]` and so on"
+    );
+    assert_eq!(
+        problem("module = 'tmcm-1617'\n[servo]\nmotor = 'nema17'"),
+        "3: servo.motor: invalid value: string \"nema17\", expected the data of a motor as a table, or a motor by name: \
+         QBL4208-41, QBL4208-61, QBL4208-81, QBL4208-100, DC"
+    );
 }
 
 #[test]
@@ -145,10 +197,13 @@ fn events_happen_at_their_time() {
 fn problems_name_line_and_key_and_say_what_is_expected() {
     let cases = [
         ("module = 3351", "1: module: invalid type: integer `3351`, expected a string"),
-        ("module = 'tmcm-1617'", "1: module: expected a module that runs, tmcm-3351, tmcm-351, not `tmcm-1617`"),
+        (
+            "module = 'tmcm-1140'",
+            "1: module: expected a module that runs, tmcm-3351, tmcm-351, tmcm-1617, not `tmcm-1140`",
+        ),
         (
             "axes = 3",
-            "2: axes: unknown field `axes`, expected one of `module`, `supply`, `temperature`, `axis`, `io`, `event`",
+            "2: axes: unknown field `axes`, expected one of `module`, `supply`, `temperature`, `axis`, `servo`, `io`, `event`",
         ),
         ("\n[axis.3]", "3: axis.3: expected an axis: 0, 1, 2"),
         ("[axis.00]", "2: axis.00: expected an axis: 0, 1, 2"),

@@ -134,6 +134,11 @@ impl Module {
         MODULES.iter().find(|module| module.name.eq_ignore_ascii_case(name)).copied()
     }
 
+    /// True if its axis is a servo; else its axes are steppers.
+    pub fn is_servo(&self) -> bool {
+        self.model == Model::Tmcm1617
+    }
+
     /// The axis parameter of that number.
     pub fn axis_parameter(&self, number: u8) -> Option<&'static AxisParameter> {
         self.axis_parameters.get(usize::from(self.axis_rows[usize::from(number)]))

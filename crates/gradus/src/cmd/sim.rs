@@ -176,7 +176,7 @@ impl Sim {
 
     fn build(&self) -> anyhow::Result<Bench> {
         let Some(file) = &self.bench else {
-            return Ok(Bench::new(self.module, Machine::new(self.module.axes.into()), self.memory(self.module)?));
+            return Ok(Bench::new(self.module, Machine::of(self.module), self.memory(self.module)?));
         };
         let file = BenchFile::read(file)?;
         let memory = self.memory(file.module)?;

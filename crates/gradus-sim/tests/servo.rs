@@ -1,0 +1,279 @@
+//! A TMCM-1617 with its firmware on its machine: a host's commands, and what the shaft makes of them.
+
+use gradus_plant::{Encoder, HallSensors, Mechanics, ServoMachine, ServoMotor, ServoSetup, Supply};
+use gradus_sim::{Bench, Eeprom, Link, LinkKind, Machine, ServoDrive, console};
+use gradus_tmcl::catalogue::{Ap, TMCM_1617};
+use gradus_tmcl::{Instruction, Reply, Request};
+
+/// Settings that the maker's example has for a QBL4208-61, but a stiffer position regulator: its answer is in whole rpm, so
+/// that a deviation of less than 65536 / P does not move the motor.
+const TUNED: &str = "SAP 70, 0, 600; SAP 71, 0, 600; SAP 72, 0, 800; SAP 73, 0, 500; SAP 74, 0, 2000";
+
+struct Host {
+    bench: Bench,
+    link: Link,
+}
+
+impl Host {
+    fn new(setup: ServoSetup) -> Self {
+        let machine = Machine { servos: vec![ServoDrive::new(setup)], ..Machine::of(&TMCM_1617) };
+        let mut bench = Bench::new(&TMCM_1617, machine, Eeprom::of(&TMCM_1617));
+        let link = bench.attach(LinkKind::Usb, 0);
+        Self { bench, link }
+    }
+
+    /// On the default machine, with these commands executed.
+    fn set_up(commands: &str) -> Self {
+        let mut host = Self::new(ServoSetup::default());
+        host.all(commands);
+        host
+    }
+
+    fn exchange(&mut self, command: &str) -> (u8, i32) {
+        let instruction = Instruction::parse(command, &TMCM_1617).unwrap_or_else(|error| panic!("{command}: {error}"));
+        self.bench.send(&mut self.link, &Request { address: 1, instruction }.emit());
+        let reply = Reply::parse(&self.bench.take(&mut self.link).unwrap()).unwrap();
+        (reply.status.0, reply.value)
+    }
+
+    fn all(&mut self, commands: &str) {
+        for command in commands.split(';').map(str::trim).filter(|command| !command.is_empty()) {
+            assert_eq!(self.exchange(command).0, 100, "{command}");
+        }
+    }
+
+    fn get(&mut self, id: Ap) -> i32 {
+        self.bench.axis_parameter(0, id).unwrap()
+    }
+
+    fn flags(&mut self) -> u32 {
+        self.get(Ap::StatusFlags) as u32
+    }
+
+    fn run_ms(&mut self, ms: u64) {
+        self.bench.run_for(ms * 1000);
+    }
+
+    fn say(&mut self, line: &str) {
+        console::execute(line, &mut self.bench).unwrap_or_else(|error| panic!("{line}: {error}"));
+    }
+
+    fn plant(&mut self) -> &mut ServoMachine {
+        &mut self.bench.machine().servos[0].plant
+    }
+
+    fn rpm(&mut self) -> f64 {
+        self.plant().velocity_rpm()
+    }
+}
+
+fn near(value: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!((value - expected).abs() <= tolerance, "{what}: {value}, not {expected}");
+}
+
+/// Commutation by hall sensors, by the encoder after an alignment, and by the encoder after a hall edge.
+///
+/// Hall sensors tell a velocity only at their edges, so that they bear a softer regulator.
+const SENSORS: [&str; 3] =
+    ["SAP 72, 0, 300; SAP 73, 0, 100; SAP 15, 0, 2; SAP 92, 0, 1", "SAP 15, 0, 3", "SAP 102, 0, 2; SAP 15, 0, 3"];
+
+#[test]
+fn rotate_and_stop_on_every_sensor() {
+    for sensor in SENSORS {
+        let mut host = Host::set_up(&format!("{TUNED}; SAP 11, 0, 6000; SAP 44, 0, 20000; {sensor}; ROR 0, 2000"));
+        host.run_ms(2000);
+        let rpm = host.rpm();
+        near(rpm, 2000.0, 20.0, sensor);
+        near(host.get(Ap::ActualSpeed).into(), rpm, 40.0, sensor);
+        host.all("ROL 0, 1000");
+        host.run_ms(1000);
+        near(host.rpm(), -1000.0, 20.0, sensor);
+        host.all("MST 0");
+        host.run_ms(1000);
+        near(host.rpm(), 0.0, 5.0, sensor);
+        assert_eq!(host.flags() & 0xef, 0, "no faults: {sensor}");
+    }
+}
+
+#[test]
+fn open_loop_drags_the_rotor() {
+    let mut host = Host::set_up("SAP 15, 0, 1; SAP 12, 0, 2000; SAP 44, 0, 500; ROR 0, 120");
+    host.run_ms(2000);
+    near(host.rpm(), 120.0, 12.0, "turns with the field");
+    assert_eq!(host.get(Ap::RampSpeed), 120);
+}
+
+#[test]
+fn ten_turns_end_in_the_window_and_stay() {
+    let mut host = Host::set_up(&format!("{TUNED}; SAP 11, 0, 6000; SAP 44, 0, 5000; SAP 15, 0, 3; SAP 53, 0, 50"));
+    host.run_ms(1100);
+    let start = host.plant().position_turns();
+    let position = host.get(Ap::ActualPosition);
+    host.all("MVP REL, 0, 655360");
+    assert_eq!(host.get(Ap::PositionReached), 0);
+    host.run_ms(3000);
+    let target = position + 655_360;
+    for _ in 0..10 {
+        host.run_ms(100);
+        assert_eq!(host.get(Ap::PositionReached), 1);
+        near(host.get(Ap::ActualPosition).into(), target.into(), 50.0, "position");
+        near(host.plant().position_turns() - start, 10.0, 0.001, "turns of the shaft");
+    }
+}
+
+#[test]
+fn torque_is_that_of_the_current() {
+    let mut host = Host::set_up(&format!("{TUNED}; SAP 15, 0, 2"));
+    host.say("block 0");
+    host.all("SAP 30, 0, 1500");
+    host.run_ms(100);
+    near(
+        host.plant().torque_nm(),
+        1.5 * 0.036,
+        0.1 * 1.5 * 0.036,
+        "0.036 Nm/A, and hall sensors are 30 degrees off at worst",
+    );
+    near(host.get(Ap::ActualCurrent).into(), 1500.0, 30.0, "current");
+}
+
+#[test]
+fn modes_change_while_the_motor_runs_without_a_jump() {
+    let setup = format!("{TUNED}; SAP 11, 0, 6000; SAP 44, 0, 10000; SAP 15, 0, 3");
+    let mut host = Host::set_up(&format!("{setup}; ROR 0, 1500"));
+    host.run_ms(2500);
+    let position = host.get(Ap::ActualPosition);
+    for command in [&format!("MVP ABS, 0, {}", position + 4_000_000), "ROR 0, 1500", "SAP 30, 0, 80", "ROR 0, 1500"] {
+        let before = host.rpm();
+        host.all(command);
+        for _ in 0..20 {
+            host.run_ms(1);
+            near(host.rpm(), before, 60.0, command);
+        }
+    }
+}
+
+#[test]
+fn idle_module_costs_nothing_and_wakes_by_its_load() {
+    let mut host = Host::set_up("SAP 25, 0, 1");
+    assert_eq!(host.bench.next_event(), None);
+    host.say("load 0 -0.01");
+    host.run_ms(100);
+    assert!(host.rpm() > 100.0, "the shaft is free: {} rpm", host.rpm());
+    assert!(host.get(Ap::ActualPosition) > 1000, "and followed");
+    host.say("load 0 0");
+    host.run_ms(120_000);
+    assert_eq!((host.bench.next_event(), host.rpm()), (None, 0.0));
+}
+
+#[test]
+fn time_may_pass_in_any_portions() {
+    let shaft = [10_000_000, 100_000, 7_919].map(|portion_us| {
+        let mut host = Host::set_up("SAP 15, 0, 2; SAP 110, 0, 30000; ROR 0, 500");
+        let end_us = 2_000_000;
+        while host.bench.now() < end_us {
+            if host.bench.now() == 1_000_000 {
+                host.all("SAP 255, 0, 0");
+            }
+            let limit = if host.bench.now() < 1_000_000 { 1_000_000 } else { end_us };
+            host.bench.run_until((host.bench.now() + portion_us).min(limit));
+        }
+        (host.plant().position_turns().to_bits(), host.plant().driver_c().to_bits(), host.get(Ap::ActualPosition))
+    });
+    assert_eq!(shaft[0], shaft[1]);
+    assert_eq!(shaft[0], shaft[2]);
+}
+
+#[test]
+fn chopper_keeps_the_supply_down_while_the_motor_brakes() {
+    let brake = |chopper: i32| {
+        let setup = ServoSetup {
+            mechanics: Mechanics { inertia_kgm2: 3e-4, ..ServoSetup::default().mechanics },
+            ..ServoSetup::default()
+        };
+        let mut host = Host::new(setup);
+        host.all(&format!("{TUNED}; SAP 11, 0, 8000; SAP 44, 0, 20000; SAP 140, 0, {chopper}; SAP 141, 0, 270"));
+        host.all("SAP 15, 0, 2; SAP 92, 0, 1; ROR 0, 3000");
+        host.run_ms(2000);
+        host.all("SAP 44, 0, 100000; ROR 0, 0");
+        let mut highest = 0.0_f64;
+        for _ in 0..500 {
+            host.run_ms(1);
+            highest = highest.max(host.plant().supply_v());
+        }
+        (highest, host.flags() & 4)
+    };
+    let (without, tripped) = brake(0);
+    assert!(without >= 31.9 && tripped != 0, "over-voltage: {without} V");
+    let (with, tripped) = brake(1);
+    assert!((26.9..28.0).contains(&with) && tripped == 0, "{with} V");
+}
+
+#[test]
+fn faults_of_the_machine_switch_the_driver_off_until_they_are_gone() {
+    // A line of the console, the flag, how it ends.
+    let cases = [
+        ("supply 7.5", 1 << 1, "supply 24"),
+        ("supply 33", 1 << 2, "supply 24"),
+        ("temperature 0 125", 1 << 3, "temperature 0 90"),
+        ("gate 0 fault", 1 << 6, "gate 0 ok"),
+    ];
+    for (line, flag, end) in cases {
+        let supply = Supply { takes_back: true, ..Supply::default() };
+        let mut host = Host::new(ServoSetup { supply, ..ServoSetup::default() });
+        host.all("SAP 15, 0, 2; ROR 0, 300");
+        host.run_ms(500);
+        host.say(line);
+        host.run_ms(100);
+        assert_eq!(host.flags() & 0xef, flag, "{line}");
+        assert_eq!(host.exchange("ROR 0, 300").0, 6, "{line}");
+        host.say(end);
+        host.run_ms(1000);
+        host.all("SAP 255, 0, 1; ROR 0, 300");
+        host.run_ms(1000);
+        near(host.rpm(), 300.0, 20.0, line);
+    }
+}
+
+#[test]
+fn hall_sensor_that_is_stuck_is_found() {
+    let mut host = Host::set_up("SAP 15, 0, 2; ROR 0, 300");
+    host.run_ms(500);
+    host.say("hall 0 a stuck 1");
+    host.run_ms(500);
+    assert_eq!(host.flags() & (1 << 5 | 1 << 8), 1 << 5 | 1 << 8, "codes 7 and 0 do not exist");
+    near(host.rpm(), 0.0, 1.0, "it has run down");
+    host.say("hall 0 a ok");
+    host.all("SAP 255, 0, 1; ROR 0, 300");
+    host.run_ms(1000);
+    near(host.rpm(), 300.0, 20.0, "it runs again");
+}
+
+#[test]
+fn encoder_that_is_cut_or_turned_round_fails_its_initialisation() {
+    for (line, setting, ok) in [("show", "", true), ("encoder 0 off", "", false), ("show", "SAP 101, 0, 1", false)] {
+        let mut host = Host::set_up(&format!("SAP 12, 0, 2000; {setting}"));
+        host.plant().place(0.03);
+        host.say(line);
+        host.all("SAP 15, 0, 3");
+        host.run_ms(1500);
+        assert_eq!(host.flags() & 1 << 7 == 0, ok, "{line} {setting}");
+    }
+}
+
+#[test]
+fn direct_current_motor_turns_on_its_encoder() {
+    let setup = ServoSetup {
+        motor: ServoMotor::named("DC").unwrap(),
+        encoder: Encoder::default(),
+        hall: HallSensors::default(),
+        supply: Supply::default(),
+        ..ServoSetup::default()
+    };
+    let mut host = Host::new(setup);
+    host.all(
+        "SAP 14, 0, 1; SAP 10, 0, 1; SAP 70, 0, 600; SAP 71, 0, 600; SAP 72, 0, 800; SAP 73, 0, 500; SAP 44, 0, 10000",
+    );
+    host.all("SAP 15, 0, 3; ROR 0, 1500");
+    host.run_ms(1500);
+    near(host.rpm(), 1500.0, 15.0, "direct current");
+}
