@@ -45,6 +45,14 @@ fn virtual_time(criterion: &mut Criterion) {
     group.bench_function("three axes turn, seconds", |bencher| {
         bencher.iter(|| host.bench.run_for(SECONDS * 1_000_000));
     });
+
+    let mut host = Host::default();
+    host.command(Opcode::SAP, 129, 0, 1);
+    host.bench.run_for(3_000_000);
+    host.command(Opcode::ROR, 0, 0, 51_200);
+    group.bench_function("an axis turns in closed loop, seconds", |bencher| {
+        bencher.iter(|| host.bench.run_for(SECONDS * 1_000_000));
+    });
     group.finish();
 }
 

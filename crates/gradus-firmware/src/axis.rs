@@ -432,7 +432,7 @@ impl Axis {
             0
         } else if self.standby_at_us.is_none() {
             derived.standby_current
-        } else if derived.boost_current != 0 && self.ramp.acceleration() != 0 {
+        } else if derived.boost_current != 0 && self.ramp.acceleration() != 0 && !self.needs_run_current() {
             derived.boost_current
         } else {
             derived.run_current

@@ -15,7 +15,7 @@
 //!   encoder.
 //! - Writing 112 corrects the load angle, as current and limits see it, by the difference to what was measured: a load may have
 //!   turned the rotor while it was.
-//! - The current is that of axis parameter 6, and the coil vector is scaled by 123; there is no standby current.
+//! - The current is that of axis parameter 6, and the coil vector is scaled by 123; there is no boost and no standby current.
 //! - A stop switch, a virtual stop, a deviation or ENABLE low end torque mode. ENABLE low ends a start-up as well; a running
 //!   loop holds the motor where it is when ENABLE comes back.
 //! - Torque mode is in the closed loop only (129 = 1); 115 to 119 limit its speed. Its torque is the current scale of 50.
@@ -258,7 +258,7 @@ impl Axis {
         self.powered && self.closed.as_ref().is_none_or(ClosedLoop::is_ready)
     }
 
-    /// Whether a loop leaves no time for standby current.
+    /// Whether a loop wants the run current all the time.
     pub(crate) fn needs_run_current(&self) -> bool {
         self.closed.as_ref().is_some_and(|closed| !matches!(closed.stage, Stage::Correcting { .. }))
     }
@@ -326,6 +326,10 @@ impl Axis {
         let Some(closed) = &mut self.closed else { return moved };
         match closed.stage {
             Stage::Regulating => self.regulate(raw, port),
+            Stage::Correcting { .. } if !self.powered => {
+                self.ramp.set_position(self.encoder.position(raw));
+                0
+            }
             Stage::Correcting { with_ramp } => {
                 closed.error = self.ramp.position().wrapping_sub(self.encoder.position(raw));
                 let correction = closed.state.correction(&closed.gains, closed.error);

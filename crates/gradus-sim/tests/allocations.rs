@@ -223,3 +223,16 @@ mod served {
         }
     }
 }
+
+#[test]
+fn closed_loop_allocates_nothing() {
+    let mut bench = Bench::with_defaults(&TMCM_3351);
+    let link = bench.attach(LinkKind::Usb, 0);
+    let mut host = Host { bench, link };
+    host.all(&["SAP 129, 0, 1", "SAP 129, 1, 2"]);
+    host.bench.run_for(3 * SECOND_US);
+    host.all(&["MVP ABS, 0, 100000", "MVP ABS, 1, 100000"]);
+    assert_eq!(allocations(|| host.bench.run_for(SECOND_US)), 0, "position");
+    host.all(&["SAP 50, 0, 100"]);
+    assert_eq!(allocations(|| host.bench.run_for(SECOND_US)), 0, "torque");
+}

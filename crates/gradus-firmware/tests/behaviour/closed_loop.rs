@@ -348,6 +348,29 @@ fn enable_low_lets_the_shaft_go_and_high_holds_it_where_it_is() {
 }
 
 #[test]
+fn pid_mode_does_not_turn_back_what_was_turned_while_enable_was_low() {
+    let mut bench = open();
+    bench.all("SAP 7, 0, 255; SAP 115, 0, 1000; SAP 119, 0, 50000; SAP 124, 0, 0; SAP 129, 0, 2");
+    bench.advance_ms(10);
+    bench.board().enable = false;
+    bench.advance_ms(1);
+    rotor(&mut bench).position += 51_200.0;
+    bench.advance_ms(500);
+    bench.board().enable = true;
+    bench.advance_ms(1_000);
+    assert_near(bench.get(209, 0), 51_200, 260);
+}
+
+#[test]
+fn run_current_flows_while_the_speed_changes() {
+    let mut bench = closed("SAP 6, 0, 100; SAP 200, 0, 255");
+    bench.ask("MVP ABS, 0, 100000");
+    bench.advance_ms(50);
+    assert_ne!(bench.get(3, 0), 0);
+    assert_eq!(bench.stage(0).current, 100);
+}
+
+#[test]
 fn enable_low_ends_a_start_up() {
     let mut bench = open();
     bench.ask("SAP 129, 0, 1");
