@@ -13,7 +13,7 @@ mod program;
 
 use std::fmt;
 
-use gradus_tmcl::catalogue::{Access, Ap, Gp, Module};
+use gradus_tmcl::catalogue::{Access, Ap, Gp, Module, Unit};
 use gradus_tmcl::{Instruction, Opcode};
 
 use crate::names::{axis_parameters, global_parameters};
@@ -186,13 +186,26 @@ impl Setting {
         self.named.write(self.axis, value)
     }
 
-    /// What a person should know about a value: unit, meaning, default.
-    fn note(&self, value: i64) -> String {
+    /// What a person should know about a value: unit, meaning, default. In internal units the default, in pps, says nothing.
+    fn note(&self, value: i64, internal: bool) -> String {
         let default = self.named.default().unwrap_or_default();
-        let default = if value == default { "default".into() } else { format!("default {default}") };
+        let default = match value == default {
+            _ if internal && self.is_in_pps() => String::new(),
+            true => "default".into(),
+            false => format!("default {default}"),
+        };
         let meaning = self.named.meaning(value).unwrap_or_default();
-        let words = [self.named.unit().text(), &meaning, &default];
+        let words = [self.unit(internal), &meaning, &default];
         words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Unit of the value; `internal`: the unit mode of its axis is that of the ramp generator.
+    fn unit(&self, internal: bool) -> &'static str {
+        if internal && self.is_in_pps() { "internal units" } else { self.named.unit().text() }
+    }
+
+    fn is_in_pps(&self) -> bool {
+        matches!(self.named.unit(), Unit::Pps | Unit::PpsPerSecond | Unit::PpsPerSecond2)
     }
 }
 
@@ -301,6 +314,14 @@ impl Config {
         let mut values = self.values.clone();
         values.sort_by_key(|(setting, wanted)| setting.turn(*wanted));
         values
+    }
+
+    /// True if speeds and accelerations of an axis are in the units of the ramp generator.
+    fn is_internal(&self, axis: u8) -> bool {
+        let is_mode = |setting: &Setting| {
+            setting.axis == axis && matches!(setting.named, Named::Axis(row) if row.id == Ap::UnitMode)
+        };
+        self.values.iter().any(|(setting, value)| is_mode(setting) && *value == 0)
     }
 
     fn value(&self, id: Gp) -> Option<(Setting, i64)> {

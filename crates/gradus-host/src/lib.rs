@@ -22,6 +22,7 @@ mod broker;
 mod can;
 mod config;
 mod error;
+mod exchange;
 mod line;
 mod link;
 mod named;

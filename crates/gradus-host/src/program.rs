@@ -5,7 +5,7 @@ use std::time::Duration;
 use gradus_tmcl::catalogue::Gp;
 use gradus_tmcl::{Instruction, Opcode, Status};
 
-use crate::{Error, Session};
+use crate::{Error, RETRIES, Session};
 
 /// Types of command 129.
 const FROM_HERE: u8 = 0;
@@ -78,7 +78,7 @@ impl ProgramError {
 }
 
 /// True for the commands that a module executes even while it stores all others (BEHAVIOUR 3).
-fn is_control(opcode: Opcode) -> bool {
+pub(crate) fn is_control(opcode: Opcode) -> bool {
     opcode.0 >= Opcode::STOP_APPLICATION.0
 }
 
@@ -98,12 +98,12 @@ impl Session {
         if let Some((address, command)) = (0..).zip(program).find(|(_, command)| is_control(command.opcode)) {
             return Err(Error::NotStorable { address, request: self.text(*command) });
         }
-        self.control(Opcode::ENTER_DOWNLOAD, 0, 0)?;
+        self.enter_download(0)?;
         let end_mark = (program.len() < usize::from(room)).then(Instruction::default);
         let written = self.write_all(program.iter().copied().chain(end_mark), &mut progress);
         // The module must leave download mode even if a write failed; that failure tells more than the next one.
-        let left = self.control(Opcode::EXIT_DOWNLOAD, 0, 0);
-        written.and(left.map(|_| ()))
+        let left = self.insist_on(Instruction::new(Opcode::EXIT_DOWNLOAD, 0, 0, 0));
+        written.and(left)
     }
 
     fn write_all(
@@ -111,11 +111,33 @@ impl Session {
         commands: impl Iterator<Item = Instruction>,
         progress: &mut impl FnMut(usize),
     ) -> Result<(), Error> {
-        for (index, command) in commands.enumerate() {
-            self.command(command)?;
-            progress(index + 1);
+        for (address, command) in (0..).zip(commands) {
+            self.write(address, command)?;
+            progress(usize::from(address) + 1);
         }
         Ok(())
+    }
+
+    /// Writes a command to an address. After a failure on the way nobody knows where the next one would be stored, so
+    /// the download begins anew at this address.
+    fn write(&mut self, address: u16, command: Instruction) -> Result<(), Error> {
+        for _ in 0..RETRIES {
+            match self.command(command) {
+                Err(error) if error.is_passing() => self.enter_download(address)?,
+                result => return result.map(drop),
+            }
+        }
+        self.command(command).map(drop)
+    }
+
+    /// Lets the module store commands, from an address on.
+    fn enter_download(&mut self, address: u16) -> Result<(), Error> {
+        self.insist_on(Instruction::new(Opcode::ENTER_DOWNLOAD, 0, 0, address.into()))
+    }
+
+    fn insist_on(&mut self, instruction: Instruction) -> Result<(), Error> {
+        let status = self.insist(instruction)?.status;
+        if status.is_ok() { Ok(()) } else { Err(self.refused(instruction, status)) }
     }
 
     /// Reads a program back and compares it. `progress` is told how many commands are compared.

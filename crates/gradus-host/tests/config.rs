@@ -123,7 +123,7 @@ fn a_program_sets_after_a_power_cut_what_the_module_has_forgotten() {
     let mut session = session();
     let config = parse(
         "[global]\ntimer_0_period = 250\nstop_left_0_trigger_transition = 3\nserial_heartbeat = 1000\n\
-         [axis.0]\nmaximum_current = 200\nunit_mode = 0\n[axis.2]\nreference_search_mode = 65",
+         [axis.0]\nmaximum_current = 200\n[axis.2]\nreference_search_mode = 65",
     );
     apply(&mut session, &config);
     let source = Config::read(&mut session, |_| {}).unwrap().to_program();
@@ -132,7 +132,6 @@ fn a_program_sets_after_a_power_cut_what_the_module_has_forgotten() {
     // Initialisation of a TMCM-3351: settings that it does not keep by itself.
     #include TMCLParam.tmc
 
-        SAP APUnitMode, 0, 0 // unit_mode; internal units of the ramp generator
         SGP 0, 3, 250 // timer_0_period
         SGP 27, 3, 3 // stop_left_0_trigger_transition; both
         SAP APMaxCurrent, 0, 200 // maximum_current
@@ -168,4 +167,54 @@ fn every_module_has_a_program_that_assembles() {
         let assembly = assemble("init.tmc", source.as_bytes(), module, &Options::default(), &no_files);
         assert!(assembly.problems.is_empty(), "{}: {:?}", module.name, assembly.problems);
     }
+}
+
+#[test]
+fn every_virtual_module_takes_its_configuration_and_stores_what_it_can() {
+    for module in gradus_host::VIRTUAL_MODULES {
+        let url = format!("sim:{}", module.name).parse().unwrap();
+        let mut session = Session::open(&url).unwrap();
+        let text = format!("module = '{}'\n[axis.0]\nmaximum_acceleration = 400\ngroup_index = 0", module.name);
+        let text = text
+            .replace("maximum_acceleration", if module.axes == 1 { "acceleration" } else { "maximum_acceleration" });
+        let text = if module.axes == 1 { text.replace("group_index = 0", "") } else { text };
+        let config = Config::parse(&text, "x.toml").unwrap();
+        assert_eq!(config.apply(&mut session, |_| {}).unwrap().len(), 1, "{}", module.name);
+        let stored = config.store(&mut session).unwrap();
+        let bench = session.bench().unwrap();
+        bench.power_off();
+        bench.power_on();
+        session.sleep(Duration::from_secs(1));
+        let lost = config.differences(&mut session, |_| {}).unwrap().len();
+        assert_eq!(stored + lost, 1, "{}: what is not stored is lost", module.name);
+        assert_eq!(stored == 1, config.is_storable());
+    }
+}
+
+#[test]
+fn a_locked_eeprom_is_unlocked_by_the_file_or_not_at_all() {
+    let mut session = Session::open(&"sim:tmcm-351".parse().unwrap()).unwrap();
+    let parse = |text: &str| Config::parse(&format!("module = 'TMCM-351'\n[global]\n{text}"), "x.toml").unwrap();
+    let lock = "configuration_eeprom_lock_flag";
+    assert_eq!(apply(&mut session, &parse(&format!("{lock} = 1\nauto_start_mode = 1"))), ["auto_start_mode", lock]);
+    let error = parse("auto_start_mode = 0").apply(&mut session, |_| {}).unwrap_err();
+    assert!(matches!(error, ConfigError::Locked { .. }), "{error}");
+    assert!(apply(&mut session, &parse("auto_start_mode = 1")).is_empty(), "nothing to store, nothing to refuse");
+    assert_eq!(apply(&mut session, &parse(&format!("auto_start_mode = 0\n{lock} = 0"))), [lock, "auto_start_mode"]);
+}
+
+#[test]
+fn internal_units_are_named_and_survive_file_and_program() {
+    let mut session = session();
+    apply(&mut session, &parse("[axis.1]\nunit_mode = 0\nmaximum_positioning_speed = 5000000"));
+    let read = Config::read(&mut session, |_| {}).unwrap();
+    let text = read.to_toml();
+    assert!(text.contains("\nmaximum_positioning_speed = 5000000 # internal units\n"), "{text}");
+    assert!(text.contains("\nmaximum_positioning_speed = 51200 # pps; default\n"), "{text}");
+    let mut fresh = self::session();
+    Config::parse(&text, "x.toml").unwrap().apply(&mut fresh, |_| {}).unwrap();
+    assert_eq!(Config::read(&mut fresh, |_| {}).unwrap().values, read.values);
+    let program = read.to_program();
+    let (mode, speed) = (program.find("APUnitMode, 1, 0").unwrap(), program.find("APMaxPositioningSpeed, 1").unwrap());
+    assert!(mode < speed, "{program}");
 }

@@ -61,7 +61,6 @@ impl Soak {
                 until_it_works(|| session.set_axis(parameter, axis, value_of(index, axis)));
             }
         }
-        // A download must not be repeated blindly: a new one is begun instead.
         let program: Vec<Instruction> =
             (0..MEMORY).map(|address| Instruction::new(Opcode::JA, 0, 0, i32::from(address))).collect();
         until_it_works(|| session.download(&program, |_| {}));

@@ -80,7 +80,7 @@ impl Config {
             let spelling = spellings.iter().find(|(spelt, _)| spelt == setting);
             let key = spelling.map_or_else(|| setting.named.name(), |(_, key)| key.clone());
             if let Some(table) = table_of(&mut document, setting) {
-                put(table, &key, setting, *value);
+                put(table, &key, setting, *value, self.is_internal(setting.axis));
             }
         }
         Ok(document.to_string())
@@ -121,9 +121,9 @@ fn spellings(root: &Table, module: &'static Module) -> Vec<(Setting, String)> {
 }
 
 /// Puts a value in place of the old one, or at the end.
-fn put(table: &mut Table, key: &str, setting: &Setting, value: i64) {
+fn put(table: &mut Table, key: &str, setting: &Setting, value: i64, internal: bool) {
     let mut fresh = Value::from(value);
-    let note = format!(" # {}", setting.note(value));
+    let note = format!(" # {}", setting.note(value, internal));
     let Some(old) = table.get_mut(key).and_then(Item::as_value_mut) else {
         fresh.decor_mut().set_suffix(note);
         table.insert(key, Item::Value(fresh));
@@ -131,8 +131,9 @@ fn put(table: &mut Table, key: &str, setting: &Setting, value: i64) {
     };
     *fresh.decor_mut() = old.decor().clone();
     let suffix = old.decor().suffix().and_then(|suffix| suffix.as_str()).unwrap_or_default();
-    let ours = old.as_integer().map(|old| format!("# {}", setting.note(old)));
-    if ours.is_some_and(|ours| suffix.trim() == ours) {
+    let is_ours =
+        |old| [false, true].iter().any(|internal| suffix.trim() == format!("# {}", setting.note(old, *internal)));
+    if old.as_integer().is_some_and(is_ours) {
         fresh.decor_mut().set_suffix(note);
     }
     *old = fresh;

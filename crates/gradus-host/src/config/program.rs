@@ -17,7 +17,12 @@ impl Config {
             format!("// Initialisation of a {}: settings that it does not keep by itself.\n", self.module.name);
         source.push_str("#include TMCLParam.tmc\n\n");
         for (setting, value) in self.in_order().into_iter().filter(|(setting, value)| setting.is_lost(*value)) {
-            let _ = writeln!(source, "    {} // {}", setting.line(value), setting.remark(value)); // a String takes all
+            let _ = writeln!(
+                source,
+                "    {} // {}",
+                setting.line(value),
+                setting.remark(value, self.is_internal(setting.axis))
+            );
         }
         source.push_str("    STOP\n");
         source
@@ -47,8 +52,8 @@ impl Setting {
         }
     }
 
-    fn remark(&self, value: i64) -> String {
+    fn remark(&self, value: i64, internal: bool) -> String {
         let meaning = self.named.meaning(value).map(|text| format!("; {text}")).unwrap_or_default();
-        format!("{} {}", self.named.name(), self.named.unit().text()).trim_end().to_owned() + &meaning
+        format!("{} {}", self.named.name(), self.unit(internal)).trim_end().to_owned() + &meaning
     }
 }

@@ -386,6 +386,28 @@ fn nothing_is_sent_again_while_the_module_stores() {
 }
 
 #[test]
+fn a_download_goes_on_where_a_command_failed_on_the_way() {
+    let program: Vec<Instruction> = (0..4).map(|value| Instruction::new(Opcode::JA, 0, 0, value)).collect();
+    for fault in [Fault::Lost, Fault::Flipped, Fault::RequestFlipped] {
+        // Version text, begin of the download, two commands, then the fault.
+        let (mut session, line) = careful_session(&[Fault::None, Fault::None, Fault::None, Fault::None, fault]);
+        session.download(&program, |_| {}).unwrap();
+        let (mut pointer, mut memory) = (0, [Instruction::default(); 6]);
+        for done in &line.0.lock().unwrap().executed {
+            match done.opcode {
+                Opcode::ENTER_DOWNLOAD => pointer = done.value as usize,
+                Opcode::JA => {
+                    memory[pointer] = *done;
+                    pointer += 1;
+                }
+                _ => {}
+            }
+        }
+        assert_eq!(memory[..4], program, "{fault:?}");
+    }
+}
+
+#[test]
 fn retries_end() {
     let (mut session, line) = careful_session(&[Fault::Flipped; 20]);
     assert!(session.command(gap(1)).is_err());

@@ -1,0 +1,100 @@
+//! One request and its answer; sent again after a failure on the way, if that is allowed.
+
+use gradus_tmcl::{Instruction, Opcode};
+
+use crate::line::{Exchange, Wire};
+use crate::program::is_control;
+use crate::verdict::{Form, Verdict, form, judge};
+use crate::{Error, Heard, Session};
+
+impl Session {
+    /// A request and its answer, sent again after a failure on the way if that is allowed.
+    pub(crate) fn converse(&mut self, request: Instruction, repeat: bool) -> Result<[u8; 9], Error> {
+        let is_stored = self.storing && !is_control(request.opcode);
+        let mut left = if repeat && !is_stored { self.retries } else { 0 };
+        self.statistics.requests += 1;
+        loop {
+            match self.attempt(request) {
+                Err(error) if left > 0 && error.is_passing() && !self.mute => {
+                    left -= 1;
+                    self.statistics.retries += 1;
+                }
+                result => return result,
+            }
+        }
+    }
+
+    /// One request and its answer.
+    fn attempt(&mut self, request: Instruction) -> Result<[u8; 9], Error> {
+        let line = self.line.clone();
+        let mut wire = line.lock();
+        let wire = &mut *wire;
+        if wire.doubling && wire.last.is_some_and(|last| is_alike(last.opcode, request)) {
+            self.in_step = None;
+        }
+        self.get_in_step(wire)?;
+        let start = wire.link.now();
+        wire.send(self.address, request, line.port())?;
+        let answer = self.hear_answer(wire, request);
+        match answer {
+            Ok(bytes) => {
+                self.statistics.answers += 1;
+                self.statistics.round_trips.add(wire.link.now().saturating_sub(start));
+                wire.last = Some(Exchange { module: self.peer.module, opcode: request.opcode, answer: bytes });
+            }
+            Err(_) => wire.doubt(),
+        }
+        answer
+    }
+
+    fn hear_answer(&mut self, wire: &mut Wire, request: Instruction) -> Result<[u8; 9], Error> {
+        let deadline = wire.link.now() + self.timeout;
+        let mut foreign = 0;
+        loop {
+            let bytes = match wire.hear(deadline, self.line.port())? {
+                Heard::Datagram(bytes) => bytes,
+                Heard::Fragment(bytes) => {
+                    self.statistics.damaged += 1;
+                    return Err(self.garbled(request, bytes));
+                }
+                Heard::Nothing => {
+                    self.statistics.silent += 1;
+                    return Err(self.silent(request, foreign));
+                }
+            };
+            match judge(request, self.peer, self.nonce, &bytes) {
+                Verdict::Answer => return Ok(bytes),
+                Verdict::Foreign => {
+                    // Something else came: more may be under way.
+                    wire.unasked(&bytes);
+                    self.statistics.drained += 1;
+                    foreign += 1;
+                }
+                Verdict::Damaged => {
+                    self.statistics.damaged += 1;
+                    return Err(self.garbled(request, bytes.to_vec()));
+                }
+                Verdict::DamagedRequest => {
+                    self.statistics.damaged_requests += 1;
+                    let port = self.line.port().into();
+                    return Err(Error::GarbledRequest { port, request: self.text(request) });
+                }
+            }
+        }
+    }
+
+    pub(crate) fn garbled(&self, request: Instruction, bytes: Vec<u8>) -> Error {
+        Error::Garbled { port: self.line.port().into(), request: self.text(request), bytes }
+    }
+
+    fn silent(&self, request: Instruction, foreign: usize) -> Error {
+        let port = self.line.port().into();
+        Error::Silent { port, request: self.text(request), waited: self.timeout, foreign }
+    }
+}
+
+/// True if the answer to an earlier command could pass for that to a request: both are the same command, or the answer, being a
+/// command itself, does not tell what it answers.
+fn is_alike(earlier: Opcode, request: Instruction) -> bool {
+    earlier == request.opcode || form(request) == Form::Command
+}
