@@ -20,6 +20,7 @@
 
 mod broker;
 mod can;
+mod capture;
 mod config;
 mod error;
 mod exchange;
@@ -36,13 +37,16 @@ mod session;
 mod sim;
 mod statistics;
 mod step;
+mod step_response;
 mod tcp;
 pub mod trace;
+mod trial;
 mod url;
 mod verdict;
 
 pub use broker::{Broker, News, Rights, Visit};
 pub use can::FramePort;
+pub use capture::Capture;
 pub use config::{Config, ConfigError, ConfigFileError, Difference, Setting, settings};
 pub use error::Error;
 pub use gradus_sim::VIRTUAL_MODULES;
@@ -53,4 +57,6 @@ pub use names::{NameError, axis_parameters, find, find_axis, find_global, global
 pub use program::{ApplicationStatus, ProgramError, State};
 pub use session::{RETRIES, Session};
 pub use statistics::{Histogram, Statistics};
+pub use step_response::StepResponse;
+pub use trial::{Regulator, Step, Trial};
 pub use url::{Bus, Place, SlcanPlace, Url, UrlError};

@@ -41,7 +41,7 @@ impl Session {
         self.command(parameter.write(0, value)).map(drop)
     }
 
-    fn axis_parameter(&mut self, id: Ap) -> Result<Named, Error> {
+    pub(crate) fn axis_parameter(&mut self, id: Ap) -> Result<Named, Error> {
         let module = self.module()?;
         let row = module.axis_parameters.iter().find(|row| row.id == id);
         row.map(Named::Axis).ok_or_else(|| missing(module.name, format!("{id:?}")))

@@ -22,11 +22,42 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 type DrawError = DrawingAreaErrorKind<io::Error>;
 
-/// A curve of one axis, with the zones that it runs through.
+/// A curve with its name and colour, and the zones that it runs through.
 struct Curve<'a> {
-    axis: u8,
+    name: String,
+    color: usize,
     points: Vec<(f64, f64)>,
     zones: &'a [Zone],
+}
+
+/// A chart of curves that have names: their quantity with its unit, and for each its name and its points over seconds.
+pub struct Named<'a> {
+    /// The quantity.
+    pub title: &'a str,
+    /// The curves.
+    pub curves: &'a [(&'a str, Vec<(f64, f64)>)],
+}
+
+/// An SVG of charts, one below the other.
+///
+/// # Errors
+/// When there is nothing that can be drawn.
+pub fn named_svg(charts: &[Named]) -> anyhow::Result<String> {
+    svg_of(charts.len(), |area| {
+        for (area, Named { title, curves }) in area.split_evenly((charts.len(), 1)).iter().zip(charts) {
+            let curves: Vec<Curve> = (0..)
+                .zip(*curves)
+                .map(|(color, (name, points))| Curve {
+                    name: (*name).into(),
+                    color,
+                    points: thin(points.clone()),
+                    zones: &[],
+                })
+                .collect();
+            chart(area, title, &curves)?;
+        }
+        area.present()
+    })
 }
 
 /// An SVG of the axes on which something changed; of all of them if nothing did.
@@ -34,9 +65,13 @@ struct Curve<'a> {
 /// # Errors
 /// When there is nothing that can be drawn.
 pub fn svg(recording: &Recording) -> anyhow::Result<String> {
+    svg_of(recording.probe.channels.len(), |area| draw(area, recording))
+}
+
+fn svg_of(charts: usize, draw: impl FnOnce(&Area) -> Result<(), DrawError>) -> anyhow::Result<String> {
     let mut text = String::new();
-    let (width, height) = (CHART.0, CHART.1 * recording.probe.channels.len() as u32);
-    draw(&SVGBackend::with_string(&mut text, (width * PX, height * PX)).into_drawing_area(), recording)
+    let (width, height) = (CHART.0, CHART.1 * charts as u32);
+    draw(&SVGBackend::with_string(&mut text, (width * PX, height * PX)).into_drawing_area())
         .map_err(|error| anyhow!("cannot draw the picture: {error}"))?;
     let size = |px: u32| format!(r#"<svg width="{}" height="{}""#, width * px, height * px);
     Ok(text.replacen(&size(PX), &size(1), 1))
@@ -69,7 +104,8 @@ fn curve(recording: &Recording, axis: usize, channel: usize) -> Curve<'_> {
     let column = axis * recording.probe.channels.len() + channel;
     let point = |sample: &Sample| (sample.time.as_secs_f64(), sample.values[column]);
     let points = thin(recording.samples.iter().map(point).collect());
-    Curve { axis: recording.probe.axes[axis], points, zones: &recording.zones[column] }
+    let number = recording.probe.axes[axis];
+    Curve { name: format!("axis {number}"), color: number.into(), points, zones: &recording.zones[column] }
 }
 
 /// Leaves lowest and highest of each group of points, so that no peak is lost.
@@ -136,7 +172,7 @@ fn shade(chart: &mut Chart, curve: &Curve) -> Result<(), DrawError> {
 const FONT: (&str, u32) = ("sans-serif", 12 * PX);
 
 fn color(curve: &Curve) -> RGBAColor {
-    Palette99::pick(curve.axis.into()).to_rgba()
+    Palette99::pick(curve.color).to_rgba()
 }
 
 /// Which curve is whose, above the chart and out of the way of the curves.
@@ -145,7 +181,7 @@ fn legend(area: &Area, curves: &[Curve]) -> Result<(), DrawError> {
     for (x, curve) in (100 * px..).step_by(90 * PX as usize).zip(curves) {
         let line = [(x, 14 * px), (x + 20 * px, 14 * px)];
         area.draw(&PathElement::new(line, color(curve).stroke_width(PX)))?;
-        area.draw(&Text::new(format!("axis {}", curve.axis), (x + 26 * px, 8 * px), FONT))?;
+        area.draw(&Text::new(curve.name.as_str(), (x + 26 * px, 8 * px), FONT))?;
     }
     Ok(())
 }
@@ -200,8 +236,12 @@ mod tests {
 
     #[test]
     fn curves_fill_their_chart() {
-        let curve =
-            |values: &[f64]| Curve { axis: 0, points: values.iter().map(|value| (0.0, *value)).collect(), zones: &[] };
+        let curve = |values: &[f64]| Curve {
+            name: String::new(),
+            color: 0,
+            points: values.iter().map(|value| (0.0, *value)).collect(),
+            zones: &[],
+        };
         for (values, expected) in [
             (&[10.0, 30.0, f64::NAN][..], (9.0, 31.0)),
             (&[5.0, 5.0], (4.0, 6.0)),

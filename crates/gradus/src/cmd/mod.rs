@@ -17,6 +17,7 @@ mod set;
 mod sim;
 mod stats;
 mod trace;
+mod tune;
 
 use std::io::Write;
 
@@ -38,6 +39,7 @@ pub enum Command {
     Trace(trace::Trace),
     Replay(replay::Replay),
     Stats(stats::Stats),
+    Tune(tune::Tune),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -64,6 +66,7 @@ impl Command {
             Self::Trace(trace) => trace.run(out),
             Self::Replay(replay) => replay.run(out),
             Self::Stats(stats) => stats.run(out),
+            Self::Tune(tune) => tune.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),
         }
