@@ -27,8 +27,8 @@ impl Capture {
 const PATIENCE: Duration = Duration::from_secs(2);
 
 impl Session {
-    /// Samples parameters of an axis for about `time`, while `act` is done and afterwards: as fast as the module can, or slower
-    /// where its memory would be too short.
+    /// Samples parameters of an axis for about `time`, while `act` is done and afterwards: as fast as the module can,
+    /// or slower where its memory would be too short.
     ///
     /// # Errors
     /// When the module knows no captures or lacks a parameter, when `act` fails, or the line is broken.

@@ -17,8 +17,8 @@ pub struct StepResponse {
 const BAND: f64 = 0.05;
 
 impl StepResponse {
-    /// Judges samples that begin with the step, `period` apart. The way is from `from` to `to`; without a way nothing can be
-    /// said, and nothing rises.
+    /// Judges samples that begin with the step, `period` apart. The way is from `from` to `to`; without a way nothing
+    /// can be said, and nothing rises.
     pub fn of(samples: &[f64], period: Duration, from: f64, to: f64) -> Self {
         let share = |sample: &f64| (sample - from) / (to - from);
         let after = |index: usize| period * index as u32;

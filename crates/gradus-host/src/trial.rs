@@ -10,8 +10,10 @@ use crate::{Capture, Error, Session, StepResponse};
 /// A regulator of a servo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Regulator {
+    /// Of the flux current, in mA, which has the gains of the torque current but does not turn the motor.
+    Flux,
     /// Of the torque current, in mA.
-    Current,
+    Torque,
     /// Of the velocity, in rpm.
     Velocity,
     /// Of the position, 65536 a turn unless the module has another position scaler.
@@ -22,7 +24,7 @@ impl Regulator {
     /// Its parameters: those that are tuned.
     pub fn gains(self) -> &'static [Ap] {
         match self {
-            Self::Current => &[Ap::TorqueP, Ap::TorqueI],
+            Self::Flux | Self::Torque => &[Ap::TorqueP, Ap::TorqueI],
             Self::Velocity => &[Ap::VelocityP, Ap::VelocityI],
             Self::Position => &[Ap::PositionP],
         }
@@ -31,17 +33,19 @@ impl Regulator {
     /// The target, which a host writes.
     fn target(self) -> Ap {
         match self {
-            Self::Current => Ap::TargetCurrent,
+            Self::Flux => Ap::TargetFlux,
+            Self::Torque => Ap::TargetCurrent,
             Self::Velocity => Ap::TargetSpeed,
             Self::Position => Ap::TargetPosition,
         }
     }
 
-    /// What is sampled: what the regulator is asked for, how far it is off, and the current. The difference, because the
-    /// actual velocity and the actual current of the module are low-pass filtered for people to read.
+    /// What is sampled: what the regulator is asked for, how far it is off, and the current. The difference, because
+    /// the actual velocity and the actual current of the module are low-pass filtered for people to read.
     fn channels(self) -> [Ap; 3] {
         match self {
-            Self::Current => [Ap::TargetCurrent, Ap::TorqueError, Ap::ActualCurrent],
+            Self::Flux => [Ap::TargetFlux, Ap::FluxError, Ap::ActualFlux],
+            Self::Torque => [Ap::TargetCurrent, Ap::TorqueError, Ap::ActualCurrent],
             Self::Velocity => [Ap::RampSpeed, Ap::VelocityError, Ap::ActualCurrent],
             Self::Position => [Ap::RampPosition, Ap::PositionError, Ap::ActualCurrent],
         }
@@ -72,7 +76,7 @@ pub struct Trial {
     pub wanted: Vec<f64>,
     /// What there was.
     pub actual: Vec<f64>,
-    /// The torque current in mA, as the module filters it.
+    /// The flux current of a step in flux, else the torque current, in mA and as the module filters it.
     pub current_ma: Vec<f64>,
     /// Where the step began and where it was to end.
     pub way: (f64, f64),
@@ -84,8 +88,8 @@ pub struct Trial {
 const REST: Duration = Duration::from_millis(500);
 
 impl Session {
-    /// Gives a step to a regulator and looks what the servo makes of it, through the module's own capture. Afterwards velocity and
-    /// current are taken back to 0, a position is kept, and the ramp is as it was.
+    /// Gives a step to a regulator and looks what the servo makes of it, through the module's own capture. Afterwards
+    /// velocity and current are taken back to 0, a position is kept, and the ramp is as it was.
     ///
     /// # Errors
     /// When the module is no servo, refuses something, or the line is broken.
@@ -115,7 +119,7 @@ impl Session {
     fn end_step(&mut self, step: &Step) -> Result<(), Error> {
         match step.regulator {
             Regulator::Position => Ok(()),
-            Regulator::Current => self.set_axis(Ap::TargetCurrent, step.axis, 0),
+            Regulator::Flux | Regulator::Torque => self.set_axis(step.regulator.target(), step.axis, 0),
             Regulator::Velocity => self.stop_motor(step.axis),
         }
     }

@@ -16,9 +16,10 @@ use crate::span;
 
 /// Give a step to a regulator of a servo and judge what comes of it
 ///
-/// The module samples the answer itself, 2000 times a second, so a real module and a virtual one are judged alike. Prints how
-/// long the answer takes to rise, how far it overshoots and when it has settled, and writes a picture. The motor must be free to
-/// turn.
+/// The module samples the answer itself, 2000 times a second, so a real module and a virtual one are judged alike.
+/// Prints how long the answer takes to rise, how far it overshoots and when it has settled, and writes a picture. For
+/// velocity and position the motor must be free to turn; for the current a step in flux is given, which does not turn
+/// it.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
@@ -58,15 +59,28 @@ enum Which {
 }
 
 impl Which {
-    /// The regulator, the size of a step and how long to look at it, and the unit.
-    fn details(self) -> (Regulator, i32, Duration, &'static str) {
+    /// The size of a step and how long to look at it, and the unit.
+    fn details(self) -> (i32, Duration, &'static str) {
         match self {
-            Self::Velocity => (Regulator::Velocity, 1_000, Duration::from_millis(500), "rpm"),
-            Self::Current => (Regulator::Current, 1_000, Duration::from_millis(20), "mA"),
-            Self::Position => (Regulator::Position, 65_536, Duration::from_secs(2), "of 65536 a turn"),
+            Self::Velocity => (1_000, Duration::from_millis(500), "rpm"),
+            Self::Current => (1_000, Duration::from_millis(20), "mA"),
+            Self::Position => (65_536, Duration::from_secs(2), "of 65536 a turn"),
         }
     }
+
+    /// The flux stands for the current, since it does not turn the motor; a direct-current motor has none.
+    fn regulator(self, session: &mut Session, axis: u8) -> anyhow::Result<Regulator> {
+        Ok(match self {
+            Self::Velocity => Regulator::Velocity,
+            Self::Position => Regulator::Position,
+            Self::Current if session.get_axis(Ap::MotorType, axis)? == DIRECT_CURRENT => Regulator::Torque,
+            Self::Current => Regulator::Flux,
+        })
+    }
 }
+
+/// Value of `motor type`.
+const DIRECT_CURRENT: i32 = 1;
 
 fn assignment(text: &str) -> Result<(String, i64), String> {
     let parts =
@@ -78,7 +92,8 @@ impl Tune {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let mut session = self.port.open()?;
         self.prepare(&mut session)?;
-        let (regulator, size, time, unit) = self.regulator.details();
+        let (size, time, unit) = self.regulator.details();
+        let regulator = self.regulator.regulator(&mut session, self.axis)?;
         let step = Step {
             regulator,
             axis: self.axis,
