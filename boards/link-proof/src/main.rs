@@ -15,7 +15,7 @@ use gradus_firmware::{
     StepperStage, Steppers, Store, Supply, Switches,
 };
 use gradus_tmcl::can::Frame;
-use gradus_tmcl::catalogue::{self, TMCM_1617, TMCM_3351};
+use gradus_tmcl::catalogue::{self, TMCM_351, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Request, Status};
 
 struct Board {
@@ -208,8 +208,24 @@ fn answers<P: Ports>(catalogue: &'static catalogue::Module, ports: P) -> Option<
     Some([replies[2][2], *frames[2].data().get(1)?])
 }
 
+/// Asks in text where motor 0 is, and counts the characters of the answer `BA 100 0`.
+fn characters() -> usize {
+    let mut module = Module::new(&TMCM_351, Board { axes: [Axis; 3], io: Pins }, Erased);
+    let mut line = Link::new(0, black_box(LinkKind::Usb), 0);
+    for setting in [(Opcode::SGP, 67, 32), (Opcode::ASCII_MODE, 0, 0)] {
+        let instruction = Instruction::new(setting.0, setting.1, 0, setting.2);
+        module.receive(&mut line, &Request { address: 1, instruction }.emit());
+        module.transmit(&mut line);
+    }
+    module.receive(&mut line, black_box(b"A GAP 1, 0\r"));
+    core::iter::from_fn(|| module.transmit_text(&mut line)).count()
+}
+
 #[unsafe(no_mangle)]
 extern "C" fn main() -> c_int {
+    if characters() != b"BA 100 0\r".len() {
+        return 1;
+    }
     let stepper = answers(&TMCM_3351, Board { axes: [Axis; 3], io: Pins });
     let servo = answers(&TMCM_1617, Drive { bridge: HalfBridges, io: Pins });
     c_int::from([stepper, servo] != [Some([Status::OK.0; 2]); 2])

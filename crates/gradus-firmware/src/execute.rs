@@ -90,6 +90,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::APPLICATION_STATUS => return self.program.status(kind),
             Opcode::FIRMWARE_VERSION => return self.firmware_version(kind),
             Opcode::POSITION_EVENT => self.request_event(link, kind, value)?,
+            Opcode::ASCII_MODE => self.enter_ascii()?,
             Opcode::BREAKPOINT => return self.program.breakpoint(kind, value),
             Opcode::CAPTURE => return self.capture(instruction),
             Opcode::GET_INFO => return self.information(kind),

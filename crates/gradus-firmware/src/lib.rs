@@ -14,6 +14,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod ascii;
 mod axes;
 mod axis;
 mod capture;

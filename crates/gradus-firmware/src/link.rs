@@ -1,5 +1,6 @@
 //! A host's end of the line: framing of what comes, waiting of what goes.
 
+use gradus_tmcl::ascii::{CR, Editor, MAX_LINE};
 use gradus_tmcl::{Framer, Instruction, Reply, Status, can};
 use heapless::Deque;
 
@@ -14,13 +15,21 @@ pub enum LinkKind {
     Can,
 }
 
+/// Characters that a line of the ASCII interface makes at once: its echo and its reply.
+const MAX_TEXT: usize = MAX_LINE + 32;
+
 /// One client of a module. The caller owns it, one for each client, and gives it to every call.
 #[derive(Debug)]
 pub struct Link {
     pub(crate) id: u32,
     pub(crate) kind: LinkKind,
     pub(crate) framer: Framer,
+    /// The line of the ASCII interface that is being typed.
+    pub(crate) editor: Editor,
     outgoing: Deque<Outgoing, 4>,
+    /// What the ASCII interface has to say, and when. While there is some, no datagram waits.
+    text: Deque<u8, MAX_TEXT>,
+    text_at_us: u64,
     /// The CAN frame of the latest command 138: events are answers to it.
     pub(crate) event_request: Option<can::Frame>,
 }
@@ -56,12 +65,22 @@ impl Link {
     /// A link with a number that no other link of the module has. A pause of more than `gap_us` microseconds inside a
     /// datagram throws its beginning away; 0 switches that off.
     pub fn new(id: u32, kind: LinkKind, gap_us: u32) -> Self {
-        Self { id, kind, framer: Framer::new(gap_us), outgoing: Deque::new(), event_request: None }
+        Self {
+            id,
+            kind,
+            framer: Framer::new(gap_us),
+            editor: Editor::new(),
+            outgoing: Deque::new(),
+            text: Deque::new(),
+            text_at_us: 0,
+            event_request: None,
+        }
     }
 
     /// When the next waiting reply may go out, if one waits.
     pub fn ready_at(&self) -> Option<u64> {
-        self.outgoing.front().map(|reply| reply.not_before_us)
+        let text = (!self.text.is_empty()).then_some(self.text_at_us);
+        self.outgoing.front().map(|reply| reply.not_before_us).or(text)
     }
 
     /// Throws the beginning of a datagram away.
@@ -69,13 +88,34 @@ impl Link {
         self.framer.reset();
     }
 
-    pub(crate) fn is_full(&self) -> bool {
-        self.outgoing.is_full()
+    /// True when what waits must go out first: four datagrams, or anything of the other form, so that nothing overtakes.
+    pub(crate) fn is_full(&self, ascii: bool) -> bool {
+        !self.text.is_empty() || if ascii { !self.outgoing.is_empty() } else { self.outgoing.is_full() }
     }
 
     pub(crate) fn send(&mut self, telegram: Telegram, not_before_us: u64) {
         // `receive` takes no datagram while the queue is full.
         let _ = self.outgoing.push_back(Outgoing { not_before_us, telegram });
+    }
+
+    /// Text for the host. There is room for what one character sets off, and no next one is taken before it has gone.
+    pub(crate) fn say(&mut self, text: &[u8], not_before_us: u64) {
+        self.text_at_us = not_before_us;
+        for byte in text {
+            let _ = self.text.push_back(*byte);
+        }
+    }
+
+    /// Gives the line that has been typed back.
+    pub(crate) fn echo_line(&mut self, not_before_us: u64) {
+        self.text_at_us = not_before_us;
+        for byte in self.editor.line().iter().chain(&[CR]) {
+            let _ = self.text.push_back(*byte);
+        }
+    }
+
+    pub(crate) fn take_text(&mut self, now: u64) -> Option<u8> {
+        if self.text_at_us > now { None } else { self.text.pop_front() }
     }
 
     pub(crate) fn take(&mut self, now: u64) -> Option<Telegram> {

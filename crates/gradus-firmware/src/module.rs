@@ -51,6 +51,8 @@ pub struct Module<P: Ports, S> {
     pub(crate) outputs: Outputs,
     pub(crate) tick_timer_zero_ms: u64,
     pub(crate) random: u64,
+    /// Serial lines carry text, see [`speaks_ascii`](Self::speaks_ascii).
+    pub(crate) ascii: bool,
     /// Command 255 has been answered.
     pub(crate) restart_due: bool,
 }
@@ -77,6 +79,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             outputs: Outputs::default(),
             tick_timer_zero_ms: 0,
             random: 0,
+            ascii: false,
             restart_due: false,
         };
         module.power_on();
@@ -85,6 +88,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     fn power_on(&mut self) {
         self.restore_globals();
+        self.ascii = self.starts_in_ascii();
         self.restore_coordinates();
         self.restore_program();
         self.ports.io().set_outputs(0);
@@ -249,13 +253,16 @@ impl<P: Ports, S: Store> Module<P, S> {
 // Links.
 impl<P: Ports, S: Store> Module<P, S> {
     /// Takes bytes from a serial line, in any portions; gives back how many it has taken. It takes fewer while replies wait:
-    /// call [`transmit`](Self::transmit), then give it the rest.
+    /// call [`transmit`](Self::transmit) and [`transmit_text`](Self::transmit_text), then give it the rest.
     pub fn receive(&mut self, link: &mut Link, bytes: &[u8]) -> usize {
         for (taken, byte) in bytes.iter().enumerate() {
-            if link.is_full() {
+            let ascii = self.speaks_ascii();
+            if link.is_full(ascii) {
                 return taken;
             }
-            if let Some(datagram) = link.framer.push(*byte, self.now) {
+            if ascii {
+                self.receive_character(link, *byte);
+            } else if let Some(datagram) = link.framer.push(*byte, self.now) {
                 self.receive_datagram(link, &datagram);
             }
         }
@@ -267,14 +274,13 @@ impl<P: Ports, S: Store> Module<P, S> {
             return;
         }
         let addresses = Addresses { host: self.globals.get(Gp::HostAddress) as u8, module: self.own_address() };
-        let pause_us = u64::from(self.globals.get(Gp::TelegramPause).unsigned_abs()) * 1000;
+        let at_us = self.now.saturating_add(self.pause_us(link.kind));
         let (answer, instruction) = match Request::parse(datagram) {
             Ok(request) => (self.obey(link, &request.instruction), request.instruction),
             Err(_) => (self.plain(Opcode::NOP, Status::WRONG_CHECKSUM, 0), Instruction::default()),
         };
         if let Some(reply) = serial_answer(answer, &instruction, addresses) {
-            let pause_us = if link.kind == LinkKind::Rs485 { pause_us } else { 0 };
-            link.send(Telegram::Serial(reply), self.now.saturating_add(pause_us));
+            link.send(Telegram::Serial(reply), at_us);
         }
     }
 
@@ -295,7 +301,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
-    fn obey(&mut self, link: &Link, instruction: &Instruction) -> Answer {
+    pub(crate) fn obey(&mut self, link: &Link, instruction: &Instruction) -> Answer {
         self.heartbeats.beat(link.kind, self.now);
         self.answer(link.id, instruction)
     }
@@ -309,6 +315,11 @@ impl<P: Ports, S: Store> Module<P, S> {
         Some(event.emit())
     }
 
+    /// The next character of the ASCII interface that may go out now: echo and replies.
+    pub fn transmit_text(&mut self, link: &mut Link) -> Option<u8> {
+        link.take_text(self.now)
+    }
+
     /// The next reply or event of a CAN bus that may go out now.
     pub fn transmit_frame(&mut self, link: &mut Link) -> Option<can::Frame> {
         if let Some(telegram) = link.take(self.now) {
@@ -320,7 +331,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// An event that is due for the link; it does not overtake a reply that is held back.
     fn event(&mut self, link: &Link) -> Option<Reply> {
-        if link.ready_at().is_some() {
+        if link.ready_at().is_some() || (link.kind != LinkKind::Can && self.speaks_ascii()) {
             return None;
         }
         let mask = self.events.take(link.id)?;
@@ -334,11 +345,19 @@ impl<P: Ports, S: Store> Module<P, S> {
         })
     }
 
-    fn own_address(&self) -> u8 {
+    /// How long a reply is held back.
+    pub(crate) fn pause_us(&self, kind: LinkKind) -> u64 {
+        match kind {
+            LinkKind::Rs485 => u64::from(self.globals.get(Gp::TelegramPause).unsigned_abs()) * 1000,
+            LinkKind::Usb | LinkKind::Can => 0,
+        }
+    }
+
+    pub(crate) fn own_address(&self) -> u8 {
         self.globals.get(Gp::SerialAddress) as u8
     }
 
-    fn is_addressed(&self, address: u8) -> bool {
+    pub(crate) fn is_addressed(&self, address: u8) -> bool {
         let secondary = self.globals.get(Gp::SerialSecondaryAddress) as u8;
         address == self.own_address() || (secondary != 0 && address == secondary)
     }

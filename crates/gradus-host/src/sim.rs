@@ -36,6 +36,9 @@ impl SimStream {
         while let Some(bytes) = self.bench.take(&mut self.line) {
             self.pending.extend(bytes);
         }
+        while let Some(character) = self.bench.take_text(&mut self.line) {
+            self.pending.push_back(character);
+        }
     }
 
     /// When the module does something next, not after `end_us`.

@@ -189,6 +189,15 @@ impl Bench {
         self.running()?.transmit(link)
     }
 
+    /// The next character of the ASCII interface for the client that may go over the line at this moment.
+    #[inline]
+    pub fn take_text(&mut self, link: &mut Link) -> Option<u8> {
+        match &mut self.board {
+            Board::On { firmware, .. } => firmware.transmit_text(link),
+            Board::Off(_) => None,
+        }
+    }
+
     /// Hands the module a frame of its CAN bus at this moment; without power it is lost.
     pub fn send_frame(&mut self, link: &mut Link, frame: &can::Frame) {
         if let Some(firmware) = self.running() {

@@ -65,6 +65,12 @@ impl Firmware {
         either!(self, module => module.receive_frame(link, frame));
     }
 
+    /// As [`Module::transmit_text`].
+    #[inline]
+    pub fn transmit_text(&mut self, link: &mut Link) -> Option<u8> {
+        either!(self, module => module.transmit_text(link))
+    }
+
     /// As [`Module::transmit_frame`].
     pub fn transmit_frame(&mut self, link: &mut Link) -> Option<can::Frame> {
         either!(self, module => module.transmit_frame(link))

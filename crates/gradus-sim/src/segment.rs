@@ -291,7 +291,13 @@ impl Segment {
                 && let Some(telegram) = bench.take(link)
             {
                 self.log.add(now_us, index, true, || Content::Bytes(telegram.to_vec()));
-                self.reply(now_us, place, index, telegram);
+                self.reply(now_us, place, index, &telegram);
+            }
+            while let Some(link) = self.hosts[index].as_mut().map(|host| &mut host.links[place])
+                && let Some(character) = bench.take_text(link)
+            {
+                self.log.add(now_us, index, true, || Content::Bytes(vec![character]));
+                self.reply(now_us, place, index, &[character]);
             }
         }
     }
@@ -299,15 +305,18 @@ impl Segment {
 
 // On the line.
 impl Segment {
-    fn reply(&mut self, now_us: u64, place: usize, host: usize, bytes: [u8; 9]) {
+    fn reply(&mut self, now_us: u64, place: usize, host: usize, said: &[u8]) {
         if self.serial.byte_ns == 0 {
-            return self.arrive(now_us, host, &bytes);
+            return self.arrive(now_us, host, said);
         }
+        let mut bytes = [0; 9];
+        let len = said.len().min(bytes.len());
+        bytes[..len].copy_from_slice(&said[..len]);
         let start_ns = ((now_us + self.serial.turn_around_us) * 1000).max(self.module_free_ns[place]);
-        let end_ns = start_ns + 9 * self.serial.byte_ns;
+        let end_ns = start_ns + len as u64 * self.serial.byte_ns;
         self.module_free_ns[place] = end_ns;
         let from = Talker::Module { place, host };
-        self.talks.push(Talk { start_ns, end_ns, from, bytes, len: 9, heard: false });
+        self.talks.push(Talk { start_ns, end_ns, from, bytes, len, heard: false });
     }
 
     /// The next byte of the hosts goes on the line, unless one is there.

@@ -2,7 +2,7 @@
 
 use gradus_sim::{Bench, BusChange, BusKind, Can, HostId, Profile, Rig, Serial};
 use gradus_tmcl::can::Frame;
-use gradus_tmcl::catalogue::{Gp, TMCM_3351};
+use gradus_tmcl::catalogue::{Gp, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
 /// Modules on one bus with a host.
@@ -125,6 +125,32 @@ fn telegrams_take_their_time_on_the_line() {
         let expected_us = 19.0 * 10e6 / f64::from(baud) + f64::from(pause_ms) * 1e3;
         assert!((at_us as f64 - expected_us).abs() <= 3.0, "{at_us} us, expected {expected_us}");
     }
+}
+
+#[test]
+fn text_takes_ten_bits_a_character() {
+    let mut rig = Rig::default();
+    let bus = rig.add_bus("field", BusKind::Serial(Serial::rs485(9600)));
+    let mut bench = Bench::with_defaults(&TMCM_351);
+    // No echo, and text from the next start on.
+    assert!(bench.set_global(Gp::AsciiMode, 33));
+    bench.power_off();
+    bench.power_on();
+    let module = rig.add_module("module", bench);
+    rig.connect(module, bus);
+    let host = rig.attach(bus);
+    let line = b"AGAP 6, 0\r";
+    rig.send(host, line);
+    let (mut heard, reply) = (Vec::new(), b"BA 100 255\r");
+    while heard.len() < reply.len() {
+        rig.run_until(rig.next_event().expect("the reply is cut short"));
+        rig.take(host, &mut heard);
+    }
+    assert_eq!(heard, reply);
+    // The line, the turn-around of one character, the reply.
+    let characters = line.len() + 1 + reply.len();
+    let expected_us = characters as f64 * 10e6 / 9600.0;
+    assert!((rig.now() as f64 - expected_us).abs() <= 3.0, "{} us, expected {expected_us}", rig.now());
 }
 
 #[test]

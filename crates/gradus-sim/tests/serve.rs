@@ -11,7 +11,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use gradus_sim::{Bench, Console, Eeprom, Endpoint, Machine, Options, ServeError, Server, Speed, Stopper};
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_tmcl::catalogue::{TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
@@ -125,6 +125,37 @@ fn hosts_on_tcp_and_terminal_are_answered() {
         assert_eq!(ask(&mut served.pty(), Opcode::GGP, 9, 2, 0), value);
     }
     served.stop().unwrap();
+}
+
+/// What comes up to the second CR, which ends the reply after the echo.
+fn echo_and_reply(host: &mut impl Host) -> String {
+    let mut bytes = Vec::new();
+    while bytes.iter().filter(|byte| **byte == b'\r').count() < 2 {
+        assert!(is_readable(host, PATIENCE), "only {}", bytes.escape_ascii());
+        let mut byte = [0];
+        host.read_exact(&mut byte).unwrap();
+        bytes.extend(byte);
+    }
+    String::from_utf8(bytes).unwrap()
+}
+
+#[test]
+fn command_lines_are_answered_however_slowly_they_are_typed() {
+    let served = Served::bench(Bench::with_defaults(&TMCM_351), Speed::default(), None);
+    ask(&mut served.tcp(), Opcode::ASCII_MODE, 0, 0, 0);
+    for mut host in [File::from(OwnedFd::from(served.tcp())), served.pty()] {
+        host.write_all(b"A MVX").unwrap();
+        thread::sleep(Duration::from_millis(70));
+        host.write_all(b"\x08P REL, 1, -5").unwrap();
+        host.write_all(b"000\r").unwrap();
+        let heard = echo_and_reply(&mut host);
+        let reply = heard.strip_prefix("A MVX\x08 \x08P REL, 1, -5000\rBA 100 ");
+        assert!(reply.is_some_and(|value| value.trim_end().parse::<i32>().is_ok()), "{heard:?}");
+    }
+    let mut host = served.tcp();
+    host.write_all(b"A BIN\r").unwrap();
+    assert_eq!(echo_and_reply(&mut host), "A BIN\rBA 100 0\r");
+    assert_eq!(ask(&mut host, Opcode::SGP, 9, 2, 5), 5);
 }
 
 #[test]

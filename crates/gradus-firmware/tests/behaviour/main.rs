@@ -1,5 +1,6 @@
 //! A whole TMCM-3351 on fake hardware, driven as a host drives it.
 
+mod ascii;
 mod capture;
 mod closed_loop;
 mod coils;

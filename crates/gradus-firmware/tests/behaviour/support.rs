@@ -7,7 +7,7 @@ use gradus_firmware::{
     AxisInputs, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers,
     Store, Switches, store_size,
 };
-use gradus_tmcl::catalogue::{Ap, TMCM_3351};
+use gradus_tmcl::catalogue::{self, Ap, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::rotor::Rotor;
@@ -205,7 +205,12 @@ impl Bench {
     }
 
     pub fn with(machine: Machine, memory: Memory) -> Self {
-        let module = Module::new(&TMCM_3351, machine, memory);
+        Self::of(&TMCM_3351, machine, memory)
+    }
+
+    /// Another kind of module.
+    pub fn of(catalogue: &'static catalogue::Module, machine: Machine, memory: Memory) -> Self {
+        let module = Module::new(catalogue, machine, memory);
         let mut bench = Self { module, link: Link::new(OWN_LINK, LinkKind::Usb, 0), now: 0 };
         bench.advance_us(0);
         bench
@@ -226,8 +231,9 @@ impl Bench {
 
     /// Switches off and on again.
     pub fn power_cycle(self) -> Self {
+        let catalogue = self.module.catalogue();
         let (machine, memory) = self.module.into_parts();
-        Self::with(machine, memory)
+        Self::of(catalogue, machine, memory)
     }
 
     pub fn memory(&mut self) -> &mut Memory {
@@ -285,6 +291,7 @@ impl Bench {
             let taken = self.module.receive(&mut self.link, rest);
             rest = &rest[taken..];
             replies.extend(self.drain());
+            self.text();
             if rest.is_empty() {
                 return replies;
             }
@@ -294,6 +301,11 @@ impl Bench {
     /// Everything that the module has to say now.
     pub fn drain(&mut self) -> Vec<[u8; 9]> {
         core::iter::from_fn(|| self.module.transmit(&mut self.link)).collect()
+    }
+
+    /// Everything that the ASCII interface has to say now.
+    pub fn text(&mut self) -> String {
+        core::iter::from_fn(|| self.module.transmit_text(&mut self.link)).map(char::from).collect()
     }
 
     /// The reply to an instruction, if there is one.
@@ -451,15 +463,17 @@ pub fn frame(id: u32, extended: bool, instruction: Instruction, len: usize) -> c
     can::Frame::new(id, extended, &bytes).unwrap()
 }
 
-/// Feeds bytes to a module as a script: commands on three kinds of line, damaged datagrams, changes of the surroundings, power
-/// cycles and steps of time, at most some seconds of them. Nothing may panic, and every poll must come to its end.
+/// Feeds bytes to a module as a script: commands on three kinds of line, in text too, damaged datagrams, changes of the
+/// surroundings, power cycles and steps of time, at most some seconds of them. Nothing may panic, and every poll must come to its
+/// end. The first byte chooses the module.
 pub fn fuzz_datagrams(data: &[u8]) {
-    let mut bench = Bench::new();
+    let catalogue = if data.first().is_some_and(|byte| byte % 2 == 1) { &TMCM_351 } else { &TMCM_3351 };
+    let mut bench = Bench::of(catalogue, Machine::default(), Memory::blank(0));
     bench.link = Link::new(OWN_LINK, LinkKind::Usb, 5_000);
     let mut rs485 = Link::new(2, LinkKind::Rs485, 0);
     let mut bus = Link::new(3, LinkKind::Can, 0);
     let mut left_us = 3_000_000;
-    let mut script = data.iter().copied();
+    let mut script = data.iter().copied().skip(1);
     while let Some(action) = script.next() {
         let mut next = || script.next().unwrap_or(0);
         match action % 16 {
@@ -489,6 +503,8 @@ pub fn fuzz_datagrams(data: &[u8]) {
             }
             12 if action > 200 => bench.board().enable = next() & 1 != 0,
             13 if action > 240 => bench = bench.power_cycle(),
+            14 => _ = bench.raw(format!("A{}\r", any_instruction(&mut next).display(catalogue)).as_bytes()),
+            15 if action > 128 => _ = bench.raw(&request(Instruction::new(Opcode::ASCII_MODE, 0, 0, 0)).emit()),
             _ => {
                 let step_us = (u64::from(next()) << (action / 16)).min(left_us);
                 left_us -= step_us;
