@@ -14,13 +14,17 @@ pub struct Host {
 
 impl Default for Host {
     fn default() -> Self {
-        let mut bench = Bench::with_defaults(&TMCM_3351);
-        let link = bench.attach(LinkKind::Usb, 0);
-        Self { bench, link }
+        Self::at(Bench::rigid(&TMCM_3351))
     }
 }
 
 impl Host {
+    /// A host at a module.
+    pub fn at(mut bench: Bench) -> Self {
+        let link = bench.attach(LinkKind::Usb, 0);
+        Self { bench, link }
+    }
+
     /// Sends a command and gives back the reply.
     ///
     /// # Panics

@@ -12,7 +12,7 @@ use crate::driver::{CoilFault, Driver, DriverSettings, DriverState};
 use crate::encoder::NullLatch;
 use crate::motors::{Mechanics, Motor};
 use crate::rigid::RigidRotor;
-use crate::stepper::{Coil, Currents, Drive, Field, STEP_S, Stepper};
+use crate::stepper::{Coil, Currents, Drive, Field, Stepper};
 use crate::winding::Winding;
 use crate::{Encoder, NullEvent, Surroundings, Switch, Travel};
 
@@ -230,9 +230,8 @@ impl StepperAxis {
         let field = Field { phase: self.phase, turned, drive, volts, broken: self.driver.broken(), ends };
         let before = motor.position();
         motor.step(field);
-        let (vector, turn) = (f64::from(turned).abs(), f64::from(motor.motor.full_steps * MICROSTEPS_PER_FULL_STEP));
-        self.driver.observe(&field, &motor.reading, motor.position(), motor.emf_v(vector), vector / (STEP_S * turn));
-        self.winding.step(motor.reading.current_a / motor.rated_a(), temperature_c);
+        self.driver.observe(&field, motor);
+        self.winding.step(motor.warmth(), temperature_c);
         turned == 0 && (motor.position() - before).abs() < REST_SPEED
     }
 
@@ -255,7 +254,7 @@ impl StepperAxis {
                 load_nm: motor.mechanics().load_nm,
                 torque_nm: motor.reading.torque_nm,
                 load_angle_deg: motor.load_angle_deg(),
-                current_a: motor.reading.current_a * std::f64::consts::FRAC_1_SQRT_2,
+                current_a: motor.current_a(),
                 ..common
             },
         }
@@ -378,15 +377,15 @@ impl StepperAxis {
 // Switches and encoder.
 impl StepperAxis {
     /// True when the switch is closed.
-    #[inline]
     pub fn switch(&self, switch: Switch) -> bool {
-        self.forced[switch as usize].unwrap_or_else(|| {
-            if self.travel.bounces() {
-                self.contacts.level(switch)
-            } else {
-                self.travel.closes(switch, self.position())
-            }
-        })
+        self.switches()[switch as usize]
+    }
+
+    /// True for each switch that is closed, in the order of [`Switch::ALL`].
+    #[inline]
+    pub fn switches(&self) -> [bool; Switch::ALL.len()] {
+        let levels = if self.travel.bounces() { self.contacts.levels() } else { self.travel.closed(self.position()) };
+        core::array::from_fn(|switch| self.forced[switch].unwrap_or(levels[switch]))
     }
 
     /// Holds a switch open or closed, or gives it back to the travel (`None`).

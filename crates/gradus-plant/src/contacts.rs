@@ -50,8 +50,8 @@ impl Contacts {
         self.noise & 0x100 != 0
     }
 
-    pub(crate) fn level(&self, switch: Switch) -> bool {
-        self.levels[switch as usize]
+    pub(crate) fn levels(&self) -> [bool; Switch::ALL.len()] {
+        self.levels
     }
 
     pub(crate) fn are_quiet(&self) -> bool {

@@ -13,7 +13,7 @@
 //! - Too hot means off at 150 degC until the warning at 120 degC is gone. A short switches off until the stage is told to
 //!   carry no current.
 
-use crate::stepper::{Coil, Drive, Field, Reading};
+use crate::stepper::{Coil, Drive, Field, Reading, Stepper};
 
 /// Settings of the driver chip. Speeds are in 1/256 full steps a second.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -235,15 +235,16 @@ impl Driver {
         }
     }
 
-    /// Looks at a step that has been done. `emf_v` is the back-EMF of the vector's speed, `rps` its turns a second.
+    /// Looks at a step that has been done.
     #[inline]
-    pub(crate) fn observe(&mut self, field: &Field, reading: &Reading, rotor: f64, emf_v: f64, rps: f64) {
+    pub(crate) fn observe(&mut self, field: &Field, motor: &Stepper) {
         if self.state.stealth {
-            self.rest(reading, field.volts);
+            self.rest(&motor.reading, field.volts);
         } else if field.turned != 0
-            && let Some(measured) = self.gauge.sample(field, reading, rotor)
+            && let Some(reserve) = self.gauge.sample(field, &motor.reading, motor.position())
         {
-            self.measure(measured, emf_v / field.volts.max(0.1), rps);
+            let speed = f64::from(field.turned).abs();
+            self.measure(reserve, motor.emf_v(speed) / field.volts.max(0.1), motor.rps(speed));
         }
     }
 
@@ -251,7 +252,7 @@ impl Driver {
     fn rest(&mut self, reading: &Reading, volts: f64) {
         (self.state.load, self.state.stalled) = (0, false);
         if self.settings.stealth_chop.is_some_and(|stealth| stealth.autoscale) {
-            let rms_v = reading.wanted_v * std::f64::consts::FRAC_1_SQRT_2;
+            let rms_v = (0.5 * reading.wanted_square).sqrt();
             self.state.pwm_scale = (PWM_FULL * rms_v / volts.max(0.1)).min(255.0) as u8;
         }
     }

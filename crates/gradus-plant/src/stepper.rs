@@ -85,6 +85,8 @@ struct Gains {
     reactance: f64,
     /// What is left of a current without voltage after a step.
     kept: f64,
+    /// 1 by the square of the vector's length at the rated current.
+    per_rated_square: f64,
 }
 
 /// A motor with its load.
@@ -105,16 +107,22 @@ pub(crate) struct Stepper {
 }
 
 /// What the latest step has found.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Reading {
     /// Torque of the motor, detent torque included, in Nm.
     pub(crate) torque_nm: f64,
     /// Sine and cosine of the angle between rotor and coil vector; no current: 0 and 1.
     pub(crate) load_angle: (f64, f64),
-    /// Length of the current vector in amperes.
-    pub(crate) current_a: f64,
-    /// Length of the voltage vector that the wanted current needs.
-    pub(crate) wanted_v: f64,
+    /// Square of the length of the current vector in amperes.
+    pub(crate) current_square: f64,
+    /// The same of the voltage vector that the wanted current needs.
+    pub(crate) wanted_square: f64,
+}
+
+impl Default for Reading {
+    fn default() -> Self {
+        Self { torque_nm: 0.0, load_angle: (0.0, 1.0), current_square: 0.0, wanted_square: 0.0 }
+    }
 }
 
 impl Stepper {
@@ -161,7 +169,7 @@ impl Stepper {
 
     /// Turns of the shaft in a second.
     pub(crate) fn speed_rps(&self) -> f64 {
-        self.speed * f64::from(self.gains.parts) / (STEP_S * microsteps_per_turn(&self.motor))
+        self.rps(self.speed * f64::from(self.gains.parts))
     }
 
     /// Electrical angle from the rotor to the coil vector in degrees.
@@ -170,9 +178,20 @@ impl Stepper {
         angle_deg(sin, cos)
     }
 
-    /// Length of the current vector at the rated current, in amperes.
-    pub(crate) fn rated_a(&self) -> f64 {
-        self.motor.current_a * std::f64::consts::SQRT_2
+    /// Current in amperes RMS.
+    pub(crate) fn current_a(&self) -> f64 {
+        (0.5 * self.reading.current_square).sqrt()
+    }
+
+    /// Square of the current as share of the rated one.
+    #[inline]
+    pub(crate) fn warmth(&self) -> f64 {
+        self.reading.current_square * self.gains.per_rated_square
+    }
+
+    /// Turns a second of a speed in microsteps a step of the plant.
+    pub(crate) fn rps(&self, microsteps: f64) -> f64 {
+        microsteps / (STEP_S * microsteps_per_turn(&self.motor))
     }
 
     /// Volts of back-EMF at a speed in microsteps a step of the plant.
@@ -193,7 +212,7 @@ impl Stepper {
         self.position += 0.5 * self.speed;
         let angle = sin_cos((f64::from(field.phase & 1023) - self.position) * (1.0 / PERIOD));
         let [direct, quadrature] = self.steady_current(field, angle);
-        self.reading.current_a = (direct * direct + quadrature * quadrature).sqrt();
+        self.reading.current_square = direct * direct + quadrature * quadrature;
         let rotor = sin_cos(self.position * (1.0 / PERIOD));
         let quadrature = match field.broken {
             None => quadrature,
@@ -219,12 +238,11 @@ impl Stepper {
                 let [direct, quadrature] = [amps * cos, amps * sin];
                 let wanted = [r * direct - x * quadrature, r * quadrature + x * direct + emf];
                 let square = wanted[0] * wanted[0] + wanted[1] * wanted[1];
+                self.reading.wanted_square = square;
                 if square <= field.volts * field.volts {
-                    self.reading.wanted_v = square.sqrt();
                     return [direct, quadrature];
                 }
-                self.reading.wanted_v = square.sqrt();
-                let scale = field.volts / self.reading.wanted_v;
+                let scale = field.volts / square.sqrt();
                 wanted.map(|volts| volts * scale)
             }
         };
@@ -268,7 +286,7 @@ impl Stepper {
             self.coils[coil as usize] = 0.0;
         }
         let [a, b] = self.coils;
-        self.reading.current_a = (a * a + b * b).sqrt();
+        self.reading.current_square = a * a + b * b;
         self.turn(self.gains.torque_nm_per_a * (b * rotor.1 - a * rotor.0), rotor, field.ends);
     }
 
@@ -278,8 +296,9 @@ impl Stepper {
         let wanted: [f64; 2] = core::array::from_fn(|coil| {
             emf[coil] + resistance_ohm * (amps[coil] - kept * self.coils[coil]) / (1.0 - kept)
         });
-        self.reading.wanted_v = (wanted[0] * wanted[0] + wanted[1] * wanted[1]).sqrt();
-        let scale = if self.reading.wanted_v > supply_v { supply_v / self.reading.wanted_v } else { 1.0 };
+        let square = wanted[0] * wanted[0] + wanted[1] * wanted[1];
+        self.reading.wanted_square = square;
+        let scale = if square > supply_v * supply_v { supply_v / square.sqrt() } else { 1.0 };
         wanted.map(|volts| volts * scale)
     }
 
@@ -336,6 +355,7 @@ fn gains(motor: &Motor, mechanics: &Mechanics, currents: Currents) -> Gains {
         resistance_ohm: motor.resistance_ohm,
         emf: motor.torque_constant() * radians_per_microstep / step_s,
         reactance: motor.inductance_h * std::f64::consts::TAU / (PERIOD * step_s),
+        per_rated_square: 0.5 / (motor.current_a * motor.current_a),
         kept: decay(step_s * motor.resistance_ohm / motor.inductance_h),
     }
 }

@@ -79,6 +79,12 @@ impl Travel {
         }
     }
 
+    /// True for each switch that the carriage closes at `position`, in the order of [`Switch::ALL`].
+    #[inline]
+    pub fn closed(&self, position: i64) -> [bool; Switch::ALL.len()] {
+        [self.left, self.right, self.home].map(|vane| vane.is_some_and(|vane| vane.closes(position)))
+    }
+
     /// True when the carriage closes the switch at `position`.
     pub fn closes(&self, switch: Switch, position: i64) -> bool {
         self.vane(switch).is_some_and(|vane| vane.closes(position))

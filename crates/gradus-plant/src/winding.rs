@@ -26,10 +26,10 @@ impl Default for Winding {
 }
 
 impl Winding {
-    /// A step with a current as share of the rated one.
+    /// A step with the square of a current as share of the rated one.
     #[inline]
-    pub(crate) fn step(&mut self, current: f64, board_c: f64) {
-        self.final_c = board_c + RISE_K * current * current;
+    pub(crate) fn step(&mut self, square: f64, board_c: f64) {
+        self.final_c = board_c + RISE_K * square;
         self.temperature_c += (self.final_c - self.temperature_c) * SHARE;
     }
 
@@ -60,7 +60,7 @@ mod tests {
     fn winding_is_warm_after_its_time_constant() {
         for (current, expected_c) in [(0.0, 25.0), (0.5, 25.0 + 20.0 * 0.632), (1.0, 25.0 + 80.0 * 0.632)] {
             let mut winding = Winding::default();
-            winding.step(current, 25.0);
+            winding.step(current * current, 25.0);
             assert!((winding.temperature_c(15_000_000) - expected_c).abs() < 0.01, "{current}");
             assert!((winding.temperature_c(u64::MAX) - winding.final_c).abs() < 1e-9, "{current}");
         }

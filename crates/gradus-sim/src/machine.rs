@@ -4,7 +4,7 @@ use gradus_firmware::{
     AxisInputs, CoolStep, DriverSettings, DriverState, NullEvent, Ports, Servo, StealthChop, StepperStage, Steppers,
     Switches,
 };
-use gradus_plant::{STEP_US, StepperAxis, Switch};
+use gradus_plant::{STEP_US, StepperAxis};
 use gradus_tmcl::catalogue::Module;
 
 use crate::{MachineIo, ServoDrive};
@@ -74,7 +74,7 @@ impl AxisInputs for MachineAxis {
     /// A closed switch is high; an open or missing one is low.
     #[inline]
     fn switches(&mut self) -> Switches {
-        let [left, right, home] = Switch::ALL.map(|switch| self.plant.switch(switch));
+        let [left, right, home] = self.plant.switches();
         Switches { left, right, home }
     }
 

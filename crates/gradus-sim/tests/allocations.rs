@@ -1,7 +1,8 @@
 //! Once a module runs, nothing it does takes memory from the heap.
 
 use allocation_counter::measure;
-use gradus_sim::{Bench, Link, LinkKind};
+use gradus_sim::console::Change;
+use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind};
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Reply, Request, Status};
 
@@ -15,7 +16,10 @@ struct Host {
 
 impl Host {
     fn new() -> Self {
-        let mut bench = Bench::rigid(&TMCM_3351);
+        Self::at(Bench::rigid(&TMCM_3351))
+    }
+
+    fn at(mut bench: Bench) -> Self {
         let link = bench.attach(LinkKind::Usb, 0);
         Self { bench, link }
     }
@@ -121,24 +125,41 @@ fn values_that_are_stored_allocate_nothing() {
 
 #[test]
 fn moving_axes_and_their_events_allocate_nothing() {
-    let mut host = Host::new();
-    let moves = [[51_200, -25_600, 7], [0, 0, 0]]
-        .map(|targets| [0, 1, 2].map(|axis| datagram(&format!("MVP ABS, {axis}, {}", targets[axis]))));
-    host.all(&["DATA 138, 1, 0, 7", "SAP 12, 0, 3", "SAP 200, 1, 255", "SAP 212, 2, 1000"]);
-    let mut events = 0;
-    let count = allocations(|| {
-        for targets in moves.iter().cycle().take(10) {
-            for command in targets {
-                host.send(command);
-                assert_eq!(host.answer(), Some(Status::OK));
+    for bench in [Bench::rigid(&TMCM_3351), Bench::with_defaults(&TMCM_3351)] {
+        let mut host = Host::at(bench);
+        let moves = [[51_200, -25_600, 7], [0, 0, 0]]
+            .map(|targets| [0, 1, 2].map(|axis| datagram(&format!("MVP ABS, {axis}, {}", targets[axis]))));
+        host.all(&["DATA 138, 1, 0, 7", "SAP 12, 0, 3", "SAP 200, 1, 255", "SAP 212, 2, 1000"]);
+        let mut events = 0;
+        let count = allocations(|| {
+            for targets in moves.iter().cycle().take(10) {
+                for command in targets {
+                    host.send(command);
+                    assert_eq!(host.answer(), Some(Status::OK));
+                }
+                host.bench.run_for(5 * SECOND_US);
+                while host.answer() == Some(Status::POSITION_REACHED) {
+                    events += 1;
+                }
             }
-            host.bench.run_for(5 * SECOND_US);
-            while host.answer() == Some(Status::POSITION_REACHED) {
-                events += 1;
-            }
-        }
-    });
-    assert_eq!((count, events), (0, 10));
+        });
+        assert_eq!((count, events), (0, 10));
+    }
+}
+
+/// StallGuard2, CoolStep, StealthChop, currents with inductance, contacts that bounce, a load that changes, warmth.
+#[test]
+fn motors_with_all_that_belongs_to_them_allocate_nothing() {
+    let file = BenchFile::parse(
+        "module = 'tmcm-3351'\n[axis.0]\ncurrents = 'electrical'\n[axis.1.travel.home]\nat = 1\nwidth = 1\nbounce = 0.01",
+    );
+    let mut host = Host::at(file.unwrap().build(Eeprom::of(&TMCM_3351)));
+    host.all(&["SAP 172, 0, 2", "SAP 182, 0, 100", "SAP 173, 0, 1", "SAP 187, 2, 4", "SAP 181, 1, 100000"]);
+    host.all(&["ROR 0, 51200", "ROR 1, 25600", "ROR 2, 51200"]);
+    for (at_us, line) in [(SECOND_US, "load 0 0.3"), (2 * SECOND_US, "block 1"), (3 * SECOND_US, "push 2 90")] {
+        host.bench.schedule(at_us, Change::parse(line, &TMCM_3351).unwrap());
+    }
+    assert_eq!(allocations(|| host.bench.run_for(10 * SECOND_US)), 0);
 }
 
 #[test]

@@ -406,3 +406,45 @@ fn table_turns_until_the_lid_opens() {
     assert_eq!(rig.ask(RUNS), 0);
     assert!((place(&mut rig, 4.0) - 270.0).abs() < 0.005, "at {} degrees, not 270", place(&mut rig, 4.0));
 }
+
+/// The part on the carriage presses with 0.6 Nm; the run current of step 25 gives 2 Nm, its half just enough.
+#[test]
+fn belt_has_more_current_while_it_is_loaded() {
+    let mut rig = rig_on("belt-axis", "belt");
+    let currents = [(1_000.0, 12..=12), (1_500.0, 18..=25), (3_000.0, 18..=25), (4_500.0, 12..=12)];
+    for (time_ms, expected) in currents {
+        rig.run_until(time_ms);
+        let current = rig.ask("GAP 180, 0");
+        assert!(expected.contains(&current), "step {current} at {time_ms} ms, not {expected:?}");
+    }
+    rig.run_until(14_000.0);
+    assert_eq!(rig.ask(RUNS), 0);
+    assert!((place(&mut rig, 40.0) - 100.0).abs() < 0.2, "at {} mm, not 100", place(&mut rig, 40.0));
+}
+
+#[test]
+fn gantry_finds_its_zero_points_and_goes_to_the_middle_of_the_square() {
+    let mut rig = rig_on("gantry", "gantry");
+    rig.run_until(60_000.0);
+    assert_eq!((rig.ask(RUNS), rig.ask("GGP 131, 0")), (0, 0));
+    let places = [(0, 40.0, 200.0), (1, 40.0, 200.0), (2, 5.0, 20.0)];
+    for (axis, travel_per_turn, expected) in places {
+        let plant = &rig.bench.machine().axes[axis].plant;
+        let place = plant.position() as f64 / f64::from(plant.microsteps_per_turn()) * travel_per_turn;
+        assert!(
+            (place - expected).abs() < 0.001 * travel_per_turn + 0.005,
+            "axis {axis} at {place} mm, not {expected}"
+        );
+    }
+}
+
+/// Up to two full steps pass until the stall is seen, and the rotor snaps back by two at most: 0.1 mm.
+#[test]
+fn screw_finds_its_end_stop_by_its_load() {
+    let mut rig = rig_on("stall-home", "stall-home");
+    rig.run_until(30_000.0);
+    assert_eq!((rig.ask(RUNS), rig.ask("GGP 131, 0"), rig.ask("GAP 1, 0")), (0, 0, 20_480));
+    assert!((place(&mut rig, 5.0) - 2.0).abs() < 0.1, "at {} mm, not 2", place(&mut rig, 5.0));
+    let stalled = rig.ask("GAP 207, 0");
+    assert_eq!(stalled, 0, "the move off the stop clears the flag");
+}
