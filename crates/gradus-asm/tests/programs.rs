@@ -12,7 +12,14 @@ const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/re
 
 fn assembled(path: &Path, module: &'static Module) -> Assembly {
     let text = fs::read(path).unwrap();
-    assemble(path, &text, module, &Options::default(), &|path| fs::read(path))
+    let options = Options { constants: constants(path), ..Options::default() };
+    assemble(path, &text, module, &options, &|path| fs::read(path))
+}
+
+/// The constants that a program takes from the command line.
+fn constants(path: &Path) -> Vec<String> {
+    let names: &[&str] = if path.ends_with("benches/search.tmc") { &["Mode", "First", "Second"] } else { &[] };
+    names.iter().map(|name| format!("{name} = 1")).collect()
 }
 
 /// The `.tmc` files of a folder; none if there is no such folder.
