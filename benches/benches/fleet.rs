@@ -1,5 +1,6 @@
 //! What a fleet costs: virtual TMCM-3351 in real time, a tenth of their axes moving, every axis asked for its position ten times a
-//! second over TCP. The load is in percent of one processor, of the server and of the host that asks.
+//! second over TCP; and a fleet that rests, with a silent host at each module. The load is in percent of one processor, of the
+//! server and of the host that asks.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -21,8 +22,9 @@ fn main() {
         "modules", "moving", "polls/s", "server %", "host %", "worst ms", "MB"
     );
     for modules in [1, 10, 100, 300, 1000] {
-        measure(modules);
+        measure(modules, true);
     }
+    measure(1000, false);
 }
 
 /// Seconds that this thread has had a processor.
@@ -58,7 +60,7 @@ fn datagram(command: &str) -> [u8; 9] {
     Request { address: 1, instruction }.emit()
 }
 
-fn measure(modules: usize) {
+fn measure(modules: usize, busy: bool) {
     let before_mb = memory_mb();
     let mut server = server(modules);
     let addresses: Vec<SocketAddr> = server
@@ -75,9 +77,9 @@ fn measure(modules: usize) {
         (thread_seconds(), server)
     });
     let mut hosts: Vec<TcpStream> = addresses.iter().map(|address| connect(*address)).collect();
-    let moving = start_axes(&mut hosts);
+    let moving = if busy { start_axes(&mut hosts) } else { 0 };
     let (host_seconds, start) = (thread_seconds(), Instant::now());
-    let (polls, worst) = poll_all(&mut hosts, start);
+    let (polls, worst) = poll_all(if busy { &mut hosts } else { &mut [] }, start);
     let (host_seconds, seconds) = (thread_seconds() - host_seconds, start.elapsed().as_secs_f64());
     let used_mb = memory_mb() - before_mb;
     stopper.stop();

@@ -15,6 +15,7 @@ use crate::faults::{Faulty, Profile};
 use crate::passed::{Content, Log};
 use crate::rig::BusChange;
 use crate::segment::first_after;
+use crate::slots::put;
 
 /// Time between two frames of a babbling node on a bus without timing.
 const BABBLE_US: u64 = 1000;
@@ -107,18 +108,8 @@ impl CanBus {
     }
 
     pub(crate) fn attach(&mut self, profile: Profile, seed: u64) -> usize {
-        let [up, down] = [2 * seed, 2 * seed + 1].map(|seed| Faulty::new(profile, seed));
-        let host = Host { inbox: VecDeque::new(), up, down };
-        match self.hosts.iter().position(Option::is_none) {
-            Some(free) => {
-                self.hosts[free] = Some(host);
-                free
-            }
-            None => {
-                self.hosts.push(Some(host));
-                self.hosts.len() - 1
-            }
-        }
+        let [up, down] = Faulty::both_ways(profile, seed);
+        put(&mut self.hosts, Host { inbox: VecDeque::new(), up, down })
     }
 
     pub(crate) fn detach(&mut self, host: usize) {
@@ -135,11 +126,8 @@ impl CanBus {
     }
 
     fn set_faults(&mut self, profile: Profile, seed: u64) {
-        for (index, host) in self.hosts.iter_mut().enumerate() {
-            let seed = 2 * (seed + index as u64);
-            if let Some(host) = host {
-                (host.up, host.down) = (Faulty::new(profile, seed), Faulty::new(profile, seed + 1));
-            }
+        for (seed, host) in (seed..).zip(self.hosts.iter_mut().flatten()) {
+            [host.up, host.down] = Faulty::both_ways(profile, seed);
         }
     }
 

@@ -111,7 +111,13 @@ pub(crate) struct Faulty {
 }
 
 impl Faulty {
-    pub(crate) fn new(profile: Profile, seed: u64) -> Self {
+    /// Both directions of a host's line.
+    pub(crate) fn both_ways(profile: Profile, seed: u64) -> [Self; 2] {
+        let seed = seed.wrapping_mul(2);
+        [Self::new(profile, seed), Self::new(profile, seed.wrapping_add(1))]
+    }
+
+    fn new(profile: Profile, seed: u64) -> Self {
         Self { profile, dice: Dice::new(seed), held_until_us: 0 }
     }
 

@@ -29,6 +29,7 @@ pub mod rig_file;
 mod segment;
 #[cfg(unix)]
 mod serve;
+mod slots;
 mod wakes;
 
 pub use bench::{Bench, VIRTUAL_MODULES, is_virtual, virtual_names};

@@ -126,6 +126,11 @@ impl Machine {
         Self { axes: vec![axis; axes], servos: Vec::new(), io: MachineIo::default() }
     }
 
+    /// The machine of a module with steppers that never lose a step; a servo motor has no such kind.
+    pub fn rigid_of(catalogue: &Module) -> Self {
+        if catalogue.is_servo() { Self::of(catalogue) } else { Self::rigid(catalogue.axes.into()) }
+    }
+
     /// True if time has a meaning for an axis.
     pub(crate) fn lives(&self) -> bool {
         self.axes.iter().any(|axis| axis.plant.lives()) || self.servos.iter().any(ServoDrive::is_ticking)

@@ -86,7 +86,7 @@ pub struct Rig {
     bus_wakes: Wakes,
     /// Changes of buses to come, in the order of time.
     schedule: VecDeque<(u64, usize, BusChange)>,
-    /// Buses on which something has arrived since they were looked through.
+    /// Buses that hosts should look at: something has arrived, or there is room again.
     mail: Vec<usize>,
 }
 
@@ -97,7 +97,8 @@ struct Bus {
     profile: Profile,
     seed: u64,
     /// Noted in [`Rig::mail`].
-    mail: bool,
+    has_mail: bool,
+    was_busy: bool,
 }
 
 #[derive(Debug)]
@@ -125,7 +126,8 @@ impl Rig {
             BusKind::Serial(serial) => Wires::Serial(Segment::new(serial)),
             BusKind::Can(can) => Wires::Can(CanBus::new(can)),
         };
-        self.buses.push(Bus { name: name.to_owned(), wires, profile: Profile::default(), seed: 0, mail: false });
+        let (name, profile) = (name.to_owned(), Profile::default());
+        self.buses.push(Bus { name, wires, profile, seed: 0, has_mail: false, was_busy: false });
         self.bus_wakes.push();
         self.buses.len() - 1
     }
@@ -217,13 +219,14 @@ impl Rig {
 
 // Hosts.
 impl Rig {
-    /// Puts a new host on a bus.
+    /// Puts a new host on a bus. Each has dice of its own, in the order in which they come.
     pub fn attach(&mut self, bus: usize) -> HostId {
         let Bus { wires, profile, seed, .. } = &mut self.buses[bus];
         let host = match wires {
             Wires::Serial(segment) => segment.attach(*profile, *seed, &mut self.benches),
             Wires::Can(can) => can.attach(*profile, *seed),
         };
+        *seed = seed.wrapping_add(1);
         HostId { bus, host }
     }
 
@@ -287,7 +290,7 @@ impl Rig {
     /// A bus on which something has arrived for a host, each once.
     pub(crate) fn next_mail(&mut self) -> Option<usize> {
         let bus = self.mail.pop()?;
-        self.buses[bus].mail = false;
+        self.buses[bus].has_mail = false;
         Some(bus)
     }
 
@@ -299,10 +302,7 @@ impl Rig {
 
     /// True while the bus has much to carry: better send no more.
     pub fn is_busy(&self, host: HostId) -> bool {
-        match &self.buses[host.bus].wires {
-            Wires::Serial(segment) => segment.is_busy(),
-            Wires::Can(can) => can.is_busy(),
-        }
+        self.buses[host.bus].wires.is_busy()
     }
 
     /// Forgets the beginning of a datagram of a host, unless the line itself watches for pauses.
@@ -405,22 +405,30 @@ impl Rig {
         self.look_at(bus);
     }
 
-    /// When it goes on there, and whether something has arrived.
+    /// When it goes on there, and whether hosts should look: something has arrived, or there is room again.
     fn look_at(&mut self, bus: usize) {
-        let now_us = self.now_us;
-        let (next, mail) = match &self.buses[bus].wires {
+        let (now_us, Bus { wires, was_busy, has_mail, .. }) = (self.now_us, &mut self.buses[bus]);
+        let (next, arrived) = match wires {
             Wires::Serial(segment) => (segment.next_event(now_us, &self.benches), segment.has_mail(now_us)),
             Wires::Can(can) => (can.next_event(now_us), can.has_mail(now_us)),
         };
         self.bus_wakes.set(bus, next);
-        if mail && !self.buses[bus].mail {
-            self.buses[bus].mail = true;
+        let has_room = std::mem::replace(was_busy, wires.is_busy()) && !*was_busy;
+        if (arrived || has_room) && !*has_mail {
+            *has_mail = true;
             self.mail.push(bus);
         }
     }
 }
 
 impl Wires {
+    fn is_busy(&self) -> bool {
+        match self {
+            Self::Serial(segment) => segment.is_busy(),
+            Self::Can(can) => can.is_busy(),
+        }
+    }
+
     fn log(&mut self) -> &mut Log {
         match self {
             Self::Serial(segment) => &mut segment.log,

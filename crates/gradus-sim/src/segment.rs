@@ -17,6 +17,7 @@ use crate::Bench;
 use crate::faults::{Dice, Faulty, Profile};
 use crate::passed::{Content, Log};
 use crate::rig::BusChange;
+use crate::slots::put;
 
 /// Time between two bytes of a babbling node on a line without timing.
 const BABBLE_US: u64 = 1000;
@@ -149,18 +150,8 @@ impl Segment {
     pub(crate) fn attach(&mut self, profile: Profile, seed: u64, benches: &mut [Bench]) -> usize {
         let attach = |module: &usize| benches[*module].attach(self.serial.kind, self.serial.gap_us);
         let links = self.modules.iter().map(attach).collect();
-        let [up, down] = [2 * seed, 2 * seed + 1].map(|seed| Faulty::new(profile, seed));
-        let host = Host { links, inbox: VecDeque::new(), up, down };
-        match self.hosts.iter().position(Option::is_none) {
-            Some(free) => {
-                self.hosts[free] = Some(host);
-                free
-            }
-            None => {
-                self.hosts.push(Some(host));
-                self.hosts.len() - 1
-            }
-        }
+        let [up, down] = Faulty::both_ways(profile, seed);
+        put(&mut self.hosts, Host { links, inbox: VecDeque::new(), up, down })
     }
 
     /// What the host has said, and what is said to it, is gone with it.
@@ -190,11 +181,8 @@ impl Segment {
     }
 
     fn set_faults(&mut self, profile: Profile, seed: u64) {
-        for (index, host) in self.hosts.iter_mut().enumerate() {
-            let seed = 2 * (seed + index as u64);
-            if let Some(host) = host {
-                (host.up, host.down) = (Faulty::new(profile, seed), Faulty::new(profile, seed + 1));
-            }
+        for (seed, host) in (seed..).zip(self.hosts.iter_mut().flatten()) {
+            [host.up, host.down] = Faulty::both_ways(profile, seed);
         }
     }
 

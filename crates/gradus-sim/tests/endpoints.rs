@@ -212,3 +212,29 @@ fn buses_of_a_file_are_served_at_once() {
         assert_eq!((reply[1], reply[7]), (address, value));
     }
 }
+
+#[test]
+fn flood_for_nobody_is_carried_to_its_end() {
+    let text = "
+        [[bus]]
+        name = 'segment'
+        kind = 'rs485'
+        baud = 10_000_000
+        endpoints = ['tcp:127.0.0.1:0']
+        [[module]]
+        name = 'x'
+        bus = 'segment'
+        module = 'tmcm-3351'";
+    let file = RigFile::parse(text).unwrap().unwrap();
+    let served = Served::new(file.build().unwrap(), &file.endpoints());
+    let mut host = served.host(0);
+    let to_nobody = [99, 10, 9, 2, 0, 0, 0, 0, 120];
+    for _ in 0..3000 {
+        host.0.write_all(&to_nobody).unwrap();
+    }
+    host.0.write_all(&[1, 10, 9, 2, 0, 0, 0, 0, 22]).unwrap();
+    host.0.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    let mut reply = [0; 9];
+    host.0.read_exact(&mut reply).unwrap();
+    assert_eq!(reply[..3], [2, 1, 100]);
+}

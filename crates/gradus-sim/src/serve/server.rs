@@ -4,7 +4,6 @@
 //! hands over what has come, and sends what is due. No host can hold it up.
 
 use std::fmt;
-use std::fs;
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpListener};
 use std::os::fd::AsFd;
@@ -20,10 +19,13 @@ use super::can_socket::CanInterface;
 use super::endpoint::{Endpoint, EndpointError, listen};
 use super::line::{Carrier, Line};
 use super::pace::{Pace, Speed};
+use super::process::is_ignored;
 use super::protocol::Protocol;
 use super::pty::Pty;
+use super::source::Source;
 use super::terminal::Console;
 use super::waiter::{Interest, Waiter};
+use crate::slots::put;
 use crate::{EepromError, Passed, Rig};
 
 /// While anything moves, virtual time goes on in steps of this much wall time.
@@ -107,41 +109,6 @@ struct Listener {
 /// Ends a server from elsewhere.
 #[derive(Debug)]
 pub struct Stopper(UnixStream);
-
-/// What the server waits for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Source {
-    Stop,
-    Console,
-    Listener(usize),
-    Visitors(usize),
-    Line(usize),
-}
-
-impl Source {
-    /// As the waiter keeps it.
-    fn token(self) -> u64 {
-        let (kind, index) = match self {
-            Self::Stop => (0, 0),
-            Self::Console => (1, 0),
-            Self::Listener(index) => (2, index),
-            Self::Visitors(index) => (3, index),
-            Self::Line(index) => (4, index),
-        };
-        index as u64 * 5 + kind
-    }
-
-    fn of(token: u64) -> Self {
-        let index = (token / 5) as usize;
-        match token % 5 {
-            0 => Self::Stop,
-            1 => Self::Console,
-            2 => Self::Listener(index),
-            3 => Self::Visitors(index),
-            _ => Self::Line(index),
-        }
-    }
-}
 
 // Building.
 impl Server {
@@ -259,24 +226,6 @@ impl Server {
         }
         Ok(())
     }
-}
-
-/// Lets this process have so many endpoints and hosts more than it already has, as far as the system allows: it counts files.
-pub fn allow_many_endpoints(files: usize) {
-    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-    let limit = getrlimit(Resource::Nofile);
-    let wanted = limit.current.unwrap_or(u64::MAX).saturating_add(files as u64);
-    let current = limit.maximum.map_or(wanted, |most| most.min(wanted));
-    // What is refused is missed when a file cannot be opened.
-    let _ = setrlimit(Resource::Nofile, Rlimit { current: Some(current), ..limit });
-}
-
-/// Whether this process ignores a signal, where the system tells it in `/proc`.
-fn is_ignored(signal: i32) -> bool {
-    let status = fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let mask = mask.and_then(|digits| u64::from_str_radix(digits.trim(), 16).ok()).unwrap_or(0);
-    mask & 1 << (signal - 1) != 0
 }
 
 impl Drop for Server {
@@ -398,20 +347,17 @@ impl Server {
 // Lines.
 impl Server {
     fn add_line(&mut self, carrier: Carrier, protocol: Protocol, bus: usize) -> Result<(), ServeError> {
-        let line = Line::new(carrier, protocol, bus, &mut self.rig);
-        let place = self.lines.iter().position(Option::is_none).unwrap_or(self.lines.len());
-        let visitors = line.visitors().map(|visitors| (visitors, Source::Visitors(place)));
-        for (descriptor, source) in [(line.as_fd(), Source::Line(place))].into_iter().chain(visitors) {
-            self.waiter.add(descriptor, source.token(), Interest::READ).map_err(ServeError::Wait)?;
+        let place = put(&mut self.lines, Line::new(carrier, protocol, bus, &mut self.rig));
+        if let Some(line) = &self.lines[place] {
+            let visitors = line.visitors().map(|visitors| (visitors, Source::Visitors(place)));
+            for (descriptor, source) in [(line.as_fd(), Source::Line(place))].into_iter().chain(visitors) {
+                self.waiter.add(descriptor, source.token(), Interest::READ).map_err(ServeError::Wait)?;
+            }
         }
         if self.lines_on.len() <= bus {
             self.lines_on.resize_with(bus + 1, Vec::new);
         }
         self.lines_on[bus].push(place);
-        if place == self.lines.len() {
-            self.lines.push(None);
-        }
-        self.lines[place] = Some(line);
         self.flush(place)
     }
 
@@ -504,43 +450,4 @@ impl Server {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::io::Read;
-    use std::net::TcpStream;
-
-    use gradus_tmcl::catalogue::TMCM_3351;
-
-    use super::*;
-    use crate::eeprom::tests::broken;
-    use crate::{Bench, Machine};
-
-    #[test]
-    fn endpoint_of_another_kind_of_bus_is_refused() {
-        let endpoint = Endpoint::SlcanPty(None);
-        let error = Server::open(Bench::with_defaults(&TMCM_3351), &[endpoint], Options::default()).unwrap_err();
-        assert_eq!(error.to_string(), "slcan does not fit the bus usb; a serial line has the endpoints pty and tcp");
-    }
-
-    #[test]
-    fn tokens_name_their_source() {
-        for source in [Source::Stop, Source::Console, Source::Listener(7), Source::Visitors(0), Source::Line(19_999)] {
-            assert_eq!(Source::of(source.token()), source);
-        }
-    }
-
-    #[test]
-    fn value_that_cannot_be_stored_is_never_acknowledged() {
-        let bench = Bench::new(&TMCM_3351, Machine::new(3), broken(200_000));
-        let any_port = Endpoint::Tcp("127.0.0.1:0".parse().unwrap());
-        let mut server = Server::open(bench, &[any_port], Options::default()).unwrap();
-        let Endpoint::Tcp(address) = server.endpoints()[0] else { panic!("not TCP") };
-        let mut host = TcpStream::connect(address).unwrap();
-        host.write_all(&[1, 9, 77, 0, 0, 0, 0, 1, 88]).unwrap(); // SGP 77, 0, 1
-        let error = server.run(None).unwrap_err();
-        assert!(matches!(error, ServeError::Eeprom(_)), "{error}");
-        drop(server);
-        let mut reply = Vec::new();
-        host.read_to_end(&mut reply).unwrap();
-        assert_eq!(reply, []);
-    }
-}
+mod tests;
