@@ -251,6 +251,7 @@ pub struct ServoMachine {
     /// Cosine and sine of the rotor's electrical angle, and the steps until they are computed from the position again.
     angle: [f64; 2],
     angle_steps: u8,
+    bridge: Bridge,
     bus_v: f64,
     chopper: bool,
     blocked: bool,
@@ -270,6 +271,7 @@ impl ServoMachine {
             position: 0.0,
             angle: [1.0, 0.0],
             angle_steps: 0,
+            bridge: Bridge::Open,
             bus_v: setup.supply.source_v,
             chopper: false,
             blocked: false,
@@ -289,6 +291,7 @@ impl ServoMachine {
         if seconds != self.period.seconds {
             self.period = Period::new(&self.setup, seconds);
         }
+        self.bridge = bridge;
         let volts = match bridge {
             Bridge::Duties(duties) => Some(self.driven_volts(duties)),
             Bridge::Open => self.diode_volts(),
@@ -643,6 +646,11 @@ impl ServoMachine {
     /// Currents of flux and torque in amperes, in the frame of the rotor.
     pub fn currents_dq_a(&self) -> [f64; 2] {
         [self.motion.d_a, self.motion.q_a]
+    }
+
+    /// What the bridge did in the latest step.
+    pub fn bridge(&self) -> Bridge {
+        self.bridge
     }
 
     /// Torque of the motor in Nm, before friction.

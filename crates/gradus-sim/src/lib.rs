@@ -40,7 +40,7 @@ pub use eeprom::{Eeprom, EepromError};
 pub use faults::{PROFILES, Profile, ProfileError};
 pub use firmware::Firmware;
 pub use gradus_firmware::{Link, LinkKind};
-pub use gradus_plant::{Readings, ServoMachine, ServoSetup, StepperAxis, Vane};
+pub use gradus_plant::{Bridge as Switches, Readings, ServoMachine, ServoSetup, StepperAxis, Vane};
 pub use io::{Adc, MachineIo};
 pub use machine::{Machine, MachineAxis};
 pub use passed::{Content, Passed};

@@ -1,11 +1,12 @@
 //! Signals of an axis over time: what a run shows, draws and records.
 //!
-//! A signal of the table has a short name and is the same thing on every module that has it. Besides, every axis parameter is a
-//! signal by its own name. What only a simulated machine knows can be had from a virtual module of this process alone.
+//! A signal of the table has a short name and is the same thing on every module that has it. Besides, every axis
+//! parameter is a signal by its own name. What only a simulated machine knows can be had from a virtual module of this
+//! process alone.
 
 use anyhow::{Context, bail};
 use gradus_host::{Error, Named, Session, find_axis};
-use gradus_sim::{Readings, StepperAxis, Vane};
+use gradus_sim::{Readings, ServoMachine, StepperAxis, Switches, Vane};
 use gradus_tmcl::catalogue::{Ap, Module};
 
 use crate::recording::Zone;
@@ -25,20 +26,29 @@ enum Source {
     Parameter(Ap),
     /// One axis parameter minus another of the same unit.
     Difference(Ap, Ap),
-    /// The simulated machine's shaft.
+    /// The simulated machine's shaft, of a stepper module.
     Shaft,
-    /// What an instrument on the simulated machine shows.
-    Machine(Instrument),
+    /// What an instrument on the simulated machine shows, of a stepper module.
+    Machine(Instrument<Readings>),
+    /// The same of a servo module.
+    Servo(Instrument<ServoMachine>),
 }
 
-/// An instrument on the simulated machine.
-#[derive(Clone, Copy)]
-struct Instrument {
+/// An instrument on a simulated machine.
+struct Instrument<M> {
     unit: &'static str,
     /// Digits after the point that mean something.
     decimals: usize,
-    read: fn(&Readings) -> f64,
+    read: fn(&M) -> f64,
 }
+
+impl<M> Clone for Instrument<M> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M> Copy for Instrument<M> {}
 
 use Source::{Difference, Parameter, Shaft};
 
@@ -61,13 +71,36 @@ const SIGNALS: &[Signal] = &[
     row("iq", &[Parameter(Ap::ActualCurrent)], "current that makes torque"),
     row("id", &[Parameter(Ap::ActualFlux)], "current along the flux"),
     row("errors", &[Parameter(Ap::DriverErrorFlags)], "error flags of the driver"),
-    row("shaft", &[Shaft], "where the shaft is, with the switches along its travel"),
-    row("shaft_speed", &[machine("turns/s", 4, |it| it.speed_rps)], "how fast it turns"),
-    row("torque", &[machine("Nm", 4, |it| it.torque_nm)], "torque of the motor"),
-    row("load_torque", &[machine("Nm", 4, |it| it.load_nm)], "load on the shaft"),
+    row(
+        "shaft",
+        &[Shaft, servo("turns", 4, |it| it.position_turns())],
+        "where the shaft is, with the switches along its travel",
+    ),
+    row(
+        "shaft_speed",
+        &[machine("turns/s", 4, |it| it.speed_rps), servo("turns/s", 4, |it| it.velocity_rpm() / 60.0)],
+        "how fast it turns",
+    ),
+    row("torque", &[machine("Nm", 4, |it| it.torque_nm), servo("Nm", 4, |it| it.torque_nm())], "torque of the motor"),
+    row(
+        "load_torque",
+        &[machine("Nm", 4, |it| it.load_nm), servo("Nm", 4, |it| it.setup().mechanics.load_nm)],
+        "load on the shaft",
+    ),
+    row("phase_a", &[servo("A", 3, |it| it.phase_currents_a()[0])], "current into phase A"),
+    row("phase_b", &[servo("A", 3, |it| it.phase_currents_a()[1])], "current into phase B"),
+    row("phase_c", &[servo("A", 3, |it| it.phase_currents_a()[2])], "current into phase C"),
+    row("duty_a", &[servo("%", 1, |it| duty(it, 0))], "duty of the half bridge A; 0 while the bridge is open"),
+    row("duty_b", &[servo("%", 1, |it| duty(it, 1))], "duty of the half bridge B"),
+    row("duty_c", &[servo("%", 1, |it| duty(it, 2))], "duty of the half bridge C"),
+    row("bus", &[servo("V", 2, |it| it.supply_v())], "voltage at the bridge"),
     row("load_angle", &[machine("deg", 1, |it| it.load_angle_deg)], "electrical angle from the rotor to the field"),
     row("coil_current", &[machine("A", 3, |it| it.current_a)], "current in the motor, RMS"),
-    row("winding_temperature", &[machine("degC", 1, |it| it.winding_c)], "temperature of the winding"),
+    row(
+        "winding_temperature",
+        &[machine("degC", 1, |it| it.winding_c), servo("degC", 1, |it| it.winding_c())],
+        "temperature of the winding",
+    ),
     row(
         "driver_temperature",
         &[Parameter(Ap::DriverTemperature), machine("degC", 1, |it| it.driver_c)],
@@ -81,6 +114,18 @@ const fn row(name: &'static str, sources: &'static [Source], description: &'stat
 
 const fn machine(unit: &'static str, decimals: usize, read: fn(&Readings) -> f64) -> Source {
     Source::Machine(Instrument { unit, decimals, read })
+}
+
+const fn servo(unit: &'static str, decimals: usize, read: fn(&ServoMachine) -> f64) -> Source {
+    Source::Servo(Instrument { unit, decimals, read })
+}
+
+/// Duty of a half bridge in percent.
+fn duty(machine: &ServoMachine, phase: usize) -> f64 {
+    match machine.bridge() {
+        Switches::Open => 0.0,
+        Switches::Duties(duties) => 100.0 * duties[phase],
+    }
 }
 
 /// Turns of the shaft.
@@ -109,7 +154,7 @@ pub fn list() -> String {
 
 impl Signal {
     fn is_simulated(&self) -> bool {
-        self.sources.iter().all(|source| matches!(source, Shaft | Source::Machine(_)))
+        self.sources.iter().all(|source| matches!(source, Shaft | Source::Machine(_) | Source::Servo(_)))
     }
 
     fn origin(&self, module: &'static Module) -> Option<Origin> {
@@ -126,8 +171,9 @@ impl Source {
                 let (of, minus) = parameter(of).zip(parameter(minus))?;
                 (of.unit() == minus.unit()).then_some(Origin::Difference(of, minus))
             }
-            Self::Shaft => Some(Origin::Shaft),
-            Self::Machine(instrument) => Some(Origin::Machine(instrument)),
+            Self::Shaft => (!module.is_servo()).then_some(Origin::Shaft),
+            Self::Machine(instrument) => (!module.is_servo()).then_some(Origin::Machine(instrument)),
+            Self::Servo(instrument) => module.is_servo().then_some(Origin::Servo(instrument)),
         }
     }
 }
@@ -143,7 +189,8 @@ enum Origin {
     Parameter(Named),
     Difference(Named, Named),
     Shaft,
-    Machine(Instrument),
+    Machine(Instrument<Readings>),
+    Servo(Instrument<ServoMachine>),
 }
 
 impl Channel {
@@ -161,7 +208,7 @@ impl Channel {
         let Some(origin) = signal.origin(module) else {
             bail!("the {} has no signal `{name}`; {}", module.name, there_is(module));
         };
-        if matches!(origin, Origin::Shaft | Origin::Machine(_)) && session.bench().is_none() {
+        if matches!(origin, Origin::Shaft | Origin::Machine(_) | Origin::Servo(_)) && session.bench().is_none() {
             let port = session.port();
             bail!("only a simulated machine knows `{name}`, not {port}; run on sim:MODULE or with --bench");
         }
@@ -174,6 +221,7 @@ impl Channel {
             Origin::Parameter(named) | Origin::Difference(named, _) => named.unit().text(),
             Origin::Shaft => "turns",
             Origin::Machine(instrument) => instrument.unit,
+            Origin::Servo(instrument) => instrument.unit,
         }
     }
 
@@ -183,6 +231,7 @@ impl Channel {
             Origin::Parameter(_) | Origin::Difference(..) => 0,
             Origin::Shaft => 4,
             Origin::Machine(instrument) => instrument.decimals,
+            Origin::Servo(instrument) => instrument.decimals,
         }
     }
 
@@ -197,6 +246,7 @@ impl Channel {
             Origin::Difference(of, minus) => (value(of)? - value(minus)?) as f64,
             Origin::Shaft => readings(session, axis).map_or(f64::NAN, |(it, axis)| turns(axis, it.position)),
             Origin::Machine(instrument) => readings(session, axis).map_or(f64::NAN, |(it, _)| (instrument.read)(&it)),
+            Origin::Servo(instrument) => servo_machine(session, axis).map_or(f64::NAN, instrument.read),
         })
     }
 
@@ -214,6 +264,11 @@ fn readings(session: &mut Session, axis: u8) -> Option<(Readings, &StepperAxis)>
     let bench = session.bench()?;
     let readings = bench.readings(axis.into())?;
     Some((readings, &bench.machine().axes.get(usize::from(axis))?.plant))
+}
+
+/// The simulated machine of a servo.
+fn servo_machine(session: &mut Session, axis: u8) -> Option<&ServoMachine> {
+    Some(&session.bench()?.machine().servos.get(usize::from(axis))?.plant)
 }
 
 /// Name and unit.
@@ -300,15 +355,23 @@ mod tests {
         assert!((read("shaft_speed", 2) - 1.0).abs() < 0.5, "{}", read("shaft_speed", 2));
         assert!((read("torque", 2) - read("load_torque", 2)).abs() < 0.1, "{}", read("torque", 2));
         assert!(read("coil_current", 2) > 0.5, "{}", read("coil_current", 2));
-        dbg!(
-            read("shaft_speed", 0),
-            read("winding_temperature", 0),
-            read("torque", 2),
-            read("load_torque", 2),
-            read("coil_current", 2)
-        );
         assert_eq!((read("shaft_speed", 0), read("torque", 0)), (0.0, 0.0));
         assert!((25.0..30.0).contains(&read("winding_temperature", 2)), "{}", read("winding_temperature", 2));
+    }
+
+    #[test]
+    fn instruments_show_what_a_servo_does() {
+        let mut session = Session::on_bench(Bench::with_defaults(&TMCM_1617)).unwrap();
+        let hall_sensors = 2;
+        session.set_axis(Ap::CommutationMode, 0, hall_sensors).unwrap();
+        session.set_axis(Ap::TargetSpeed, 0, 600).unwrap();
+        session.sleep(std::time::Duration::from_secs(2));
+        let mut read = |name| Channel::find(name, &mut session).unwrap().read(&mut session, 0).unwrap();
+        assert!((read("shaft_speed") - 10.0).abs() < 0.5, "{}", read("shaft_speed"));
+        assert!(read("shaft") > 5.0 && (read("bus") - 24.0).abs() < 0.2);
+        let currents = ["phase_a", "phase_b", "phase_c"].map(&mut read);
+        assert!(currents.iter().sum::<f64>().abs() < 1e-9 && currents[0] != 0.0, "{currents:?}");
+        assert!(["duty_a", "duty_b", "duty_c"].map(&mut read).iter().all(|duty| (30.0..70.0).contains(duty)));
     }
 
     #[test]
