@@ -106,8 +106,9 @@ impl Ramp {
         self.position.whole = position;
         if self.is_idle() {
             self.target = position;
+        } else {
+            self.plan();
         }
-        self.plan();
     }
 
     /// Overwrites the target without a change of mode: in velocity mode nothing moves.
