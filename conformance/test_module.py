@@ -68,6 +68,20 @@ def test_move_to_and_move_by_reach_their_positions(module):
     assert motor.actual_position == 0
 
 
+def test_closed_loop_makes_good_what_a_load_took(simulator, module):
+    motor = module.motors[0]
+    motor.set_axis_parameter(motor.AP.CLstartUp, 0)
+    motor.set_axis_parameter(motor.AP.ClosedLoopMode, 1)
+    until(lambda: motor.get_axis_parameter(motor.AP.ClosedLoopInitFlag) == 1)
+    motor.move_to(51_200)
+    time.sleep(0.3)
+    simulator.say("load 0 0.7")
+    time.sleep(0.2)
+    simulator.say("load 0 0")
+    until(motor.get_position_reached)
+    assert abs(motor.get_axis_parameter(motor.AP.EncoderPosition) - 51_200) <= 100
+
+
 def test_reply_of_a_relative_move_is_its_target(connection):
     connection.set_axis_parameter(1, 2, 5_000)
     assert connection.move_by(2, 300) == 5_300
