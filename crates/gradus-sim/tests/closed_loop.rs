@@ -155,3 +155,47 @@ fn fast_move_keeps_the_deviations_of_the_manual() {
     assert_eq!([Ap::ExtendedErrorFlags, Ap::PositionReached].map(|id| host.get(id)), [0, 1]);
     assert!(deviation(&mut host).abs() < 50, "{}", deviation(&mut host));
 }
+
+/// How a standing motor comes back after a peak of 1.2 times its torque for 40 ms: the farthest that the shaft was behind and
+/// ahead, in microsteps, and the time from the end of the peak until it stays within 100 microsteps.
+fn recovery(speed_p: u32, inertia_gcm2: u32) -> String {
+    let mut host = closed(&format!("SAP 126, 0, 0; SAP 115, 0, {speed_p}"));
+    let inertia_kgm2 = f64::from(inertia_gcm2) * 1e-7;
+    plant(&mut host.bench).set_mechanics(Mechanics { inertia_kgm2, ..Mechanics::default() });
+    load_for(&mut host, 1.2 * FULL_NM, 40);
+    let (mut behind, mut ahead, mut late_ms) = (deviation(&mut host), 0, 0);
+    for ms in 1..=2_000 {
+        host.bench.run_for(MS_US);
+        let deviation = deviation(&mut host);
+        (behind, ahead) = (behind.max(deviation), ahead.max(-deviation));
+        if deviation.abs() > 100 {
+            late_ms = ms;
+        }
+    }
+    format!("{behind:>7} {ahead:>4} {late_ms:>5}")
+}
+
+#[test]
+fn recovery_from_an_overload_by_gain_and_inertia() {
+    let mut grid = String::from("115     inertia   behind ahead   ms\n");
+    for speed_p in [1_000, 3_000, 10_000, 30_000] {
+        for inertia in [100, 500, 2_000] {
+            grid += &format!("{speed_p:>6} {inertia:>5} gcm2 {}\n", recovery(speed_p, inertia));
+        }
+    }
+    insta::assert_snapshot!(grid, @"
+    115     inertia   behind ahead   ms
+      1000   100 gcm2   18161   32   266
+      1000   500 gcm2   11910  195   264
+      1000  2000 gcm2    5663  222   329
+      3000   100 gcm2   18161   49   209
+      3000   500 gcm2   11910  172   190
+      3000  2000 gcm2    5663  284   303
+     10000   100 gcm2   18161   91   190
+     10000   500 gcm2   11910  192   172
+     10000  2000 gcm2    5663   10    78
+     30000   100 gcm2   18161   55   184
+     30000   500 gcm2   11910  167   164
+     30000  2000 gcm2    5663  512   309
+    ");
+}
