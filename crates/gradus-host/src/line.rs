@@ -17,7 +17,7 @@ use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
 use crate::trace::{Direction, Packet, Record, Sink, time_of_day};
-use crate::{Address, Error, Heard, Link, Nature, Place, Session, Url};
+use crate::{Address, Error, Heard, Link, Nature, Place, Session, Stream, Url};
 
 /// How many events wait for somebody to take them; the oldest go.
 const EVENTS_KEPT: usize = 1000;
@@ -127,12 +127,18 @@ impl Line {
 
 fn link(url: &Url) -> Result<Box<dyn Link>, String> {
     Ok(match &url.place {
-        Place::Sim(module) => Box::new(Framed::new(SimStream::open(module)?, false)),
-        Place::Tcp { host, port } => Box::new(Framed::new(TcpStream::open(host, *port)?, url.echo)),
-        Place::Serial { path, baud, rs485 } => {
-            Box::new(Framed::new(SerialStream::open(path, *baud, *rs485)?, url.echo))
-        }
         Place::Can { bus, bit_rate } => Box::new(CanLink::open(bus, *bit_rate)?),
+        _ => Box::new(Framed::new(stream(url)?, url.echo)),
+    })
+}
+
+/// The bytes of a serial line.
+pub(crate) fn stream(url: &Url) -> Result<Box<dyn Stream>, String> {
+    Ok(match &url.place {
+        Place::Sim(module) => Box::new(SimStream::open(module)?),
+        Place::Tcp { host, port } => Box::new(TcpStream::open(host, *port)?),
+        Place::Serial { path, baud, rs485 } => Box::new(SerialStream::open(path, *baud, *rs485)?),
+        Place::Can { .. } => return Err("a CAN bus carries no text; use a serial port of the module".into()),
     })
 }
 

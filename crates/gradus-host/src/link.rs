@@ -107,9 +107,31 @@ pub trait Stream: Send {
     }
 }
 
+impl Stream for Box<dyn Stream> {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        (**self).send(bytes)
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], deadline: Duration) -> io::Result<usize> {
+        (**self).receive(buffer, deadline)
+    }
+
+    fn now(&self) -> Duration {
+        (**self).now()
+    }
+
+    fn what_to_check(&self) -> &'static str {
+        (**self).what_to_check()
+    }
+
+    fn bench(&mut self) -> Option<&mut Bench> {
+        (**self).bench()
+    }
+}
+
 /// Serial datagrams on a line of bytes.
 pub struct Framed<S> {
-    stream: S,
+    pub(crate) stream: S,
     /// True where every byte sent comes back, as on an RS-485 adapter whose receiver stays on.
     echo: bool,
     /// The request whose echo has not come yet.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::trace::{PcapngWriter, Sink};
-use gradus_host::{Line, Session, Url};
+use gradus_host::{Line, Session, Terminal, Url};
 use gradus_sim::{BenchFile, Eeprom};
 use gradus_tmcl::catalogue::Module;
 
@@ -67,6 +67,17 @@ impl Port {
     /// When it does not open, no module answers, or something is wrong with the bench file.
     pub fn open(&self) -> anyhow::Result<Conversation> {
         Ok(Conversation { session: self.session()?, verbose: self.verbose })
+    }
+
+    /// Opens it for command lines, or builds the bench.
+    ///
+    /// # Errors
+    /// When it does not open, or something is wrong with the bench file.
+    pub fn terminal(&self) -> anyhow::Result<Terminal> {
+        let Some(file) = &self.bench else { return Ok(Terminal::open(&self.port)?) };
+        let file = BenchFile::read(file)?;
+        let memory = Eeprom::of(file.module);
+        Ok(Terminal::on_bench(file.build(memory)))
     }
 
     fn session(&self) -> anyhow::Result<Session> {

@@ -2,11 +2,12 @@
 
 use std::io::Write;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use gradus_asm::{Source, assemble_line};
-use gradus_host::{Error, Session};
+use gradus_host::{Error, Session, Terminal};
+use gradus_tmcl::ascii::Reply;
 use gradus_tmcl::catalogue::Module;
-use gradus_tmcl::{Instruction, Opcode};
+use gradus_tmcl::{Instruction, Opcode, Status};
 
 use crate::port::Port;
 use crate::program::print_problems;
@@ -19,15 +20,22 @@ use crate::program::print_problems;
 ///
 /// Control commands, which have no mnemonic, are written with their four fields, here as in programs:
 /// DATA opcode, type, motor, value; `#data` means the same. DATA 129, 0, 0, 0 runs the program.
+///
+/// With --ascii the commands are lines of the ASCII interface of the TMCM-351, without address letter: those commands, and RUN,
+/// STOP and BIN. The module is left in the mode in which it was found.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
   gradus cmd 'GAP 1, 0' 'SAP 4, 0, 20000'
   gradus cmd --port tcp:localhost:4322 'MVP ABS, 0, 51200'
-  gradus cmd --port /dev/ttyACM0 'DATA 136, 1, 0, 0'")]
+  gradus cmd --port /dev/ttyACM0 'DATA 136, 1, 0, 0'
+  gradus cmd --ascii --port sim:tmcm-351 'MVP REL, 0, 1000' 'GAP 0, 0'")]
 pub struct Direct {
     #[command(flatten)]
     port: Port,
+    /// Speak in command lines of the ASCII interface instead of datagrams
+    #[arg(long, conflicts_with_all = ["verbose", "trace"])]
+    ascii: bool,
     /// Commands, one an argument
     #[arg(required = true, value_name = "COMMAND")]
     commands: Vec<String>,
@@ -35,6 +43,15 @@ pub struct Direct {
 
 impl Direct {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        let refused = if self.ascii { self.type_lines(out)? } else { self.send(out)? };
+        match refused {
+            0 => Ok(()),
+            count => bail!("{count} of {} commands refused", self.commands.len()),
+        }
+    }
+
+    /// Sends the commands and gives back how many were refused.
+    fn send(&self, out: &mut dyn Write) -> anyhow::Result<usize> {
         let mut session = self.port.open()?;
         let instructions = parse(&self.commands, session.module()?)?;
         let mut refused = 0;
@@ -43,16 +60,37 @@ impl Direct {
                 Ok(answer) => writeln!(out, "{text}: {answer}")?,
                 Err(Error::Refused { status, reason, .. }) => {
                     refused += 1;
-                    writeln!(out, "{text}: {}", [status.to_string(), reason].join("; ").trim_end_matches("; "))?;
+                    writeln!(out, "{text}: {}", refusal(status, reason))?;
                 }
                 Err(error) => return Err(error.into()),
             }
         }
-        match refused {
-            0 => Ok(()),
-            count => bail!("{count} of {} commands refused", self.commands.len()),
-        }
+        Ok(refused)
     }
+
+    /// The same in command lines.
+    fn type_lines(&self, out: &mut dyn Write) -> anyhow::Result<usize> {
+        let check = |text: &String| Terminal::check(text).with_context(|| format!("nothing was sent: `{text}`"));
+        let lines = self.commands.iter().map(check).collect::<Result<Vec<_>, _>>()?;
+        let mut terminal = self.port.terminal()?;
+        let mut refused = 0;
+        for (text, line) in self.commands.iter().zip(lines) {
+            let Reply { status, value, .. } = terminal.ask(text.trim())?;
+            if status.is_ok() {
+                writeln!(out, "{text}: {status} {value}")?;
+            } else {
+                refused += 1;
+                writeln!(out, "{text}: {}", refusal(status, Terminal::reason(line, status)))?;
+            }
+        }
+        terminal.close()?;
+        Ok(refused)
+    }
+}
+
+/// A status with its reason, if that is known.
+fn refusal(status: Status, reason: String) -> String {
+    [status.to_string(), reason].join("; ").trim_end_matches("; ").into()
 }
 
 fn parse(commands: &[String], module: &'static Module) -> anyhow::Result<Vec<Instruction>> {
