@@ -43,8 +43,7 @@ pub struct Found {
 pub fn ports() -> Vec<Url> {
     let serial =
         SerialStream::ports().into_iter().map(|path| Place::Serial { path, baud: BAUD_RATES[0], rs485: false });
-    let can = interfaces().map(|name| Place::Can { bus: Bus::Interface(name), bit_rate: 0 });
-    serial.chain(can).map(Url::to).collect()
+    serial.map(Url::to).chain(interfaces().filter_map(|name| format!("can:{name}").parse().ok())).collect()
 }
 
 /// CAN interfaces, as Linux lists them.

@@ -17,6 +17,9 @@ const PACKET: u32 = 6;
 const MAGIC: u32 = 0x1a2b_3c4d;
 const END_OF_OPTIONS: u16 = 0;
 const INTERFACE_NAME: u16 = 2;
+const TIME_RESOLUTION: u16 = 9;
+/// The resolution of an interface that names none: 10^-6 s.
+const MICROSECONDS: u8 = 6;
 const PACKET_FLAGS: u16 = 2;
 const INBOUND: u32 = 1;
 const OUTBOUND: u32 = 2;
@@ -113,8 +116,8 @@ pub enum PcapngError {
 struct Reader<'a> {
     bytes: &'a [u8],
     big_endian: bool,
-    /// Link types of the section.
-    interfaces: Vec<u16>,
+    /// Link types of the section, with their resolution of time.
+    interfaces: Vec<(u16, u8)>,
     records: Vec<Record>,
 }
 
@@ -161,7 +164,11 @@ impl Reader<'_> {
 
     fn block(&mut self, at: usize, len: usize) -> Option<()> {
         match self.word(at)? {
-            INTERFACE => self.interfaces.push(self.half(at + 8)?),
+            INTERFACE => {
+                let resolution = self.option(at + 16, at + len - 4, TIME_RESOLUTION);
+                let resolution = resolution.and_then(|value| self.bytes.get(value)).unwrap_or(&MICROSECONDS);
+                self.interfaces.push((self.half(at + 8)?, *resolution));
+            }
             PACKET => {
                 let record = self.packet(at, len)?;
                 self.records.extend(record);
@@ -173,8 +180,8 @@ impl Reader<'_> {
 
     /// The inner `None` is a packet of another link type.
     fn packet(&self, at: usize, len: usize) -> Option<Option<Record>> {
-        let link_type = *self.interfaces.get(self.word(at + 8)? as usize)?;
-        let us = u64::from(self.word(at + 12)?) << 32 | u64::from(self.word(at + 16)?);
+        let (link_type, resolution) = *self.interfaces.get(self.word(at + 8)? as usize)?;
+        let ticks = u64::from(self.word(at + 12)?) << 32 | u64::from(self.word(at + 16)?);
         let captured = self.word(at + 20)? as usize;
         let start = at + 28;
         let data = self.bytes.get(start..start.checked_add(captured)?.min(at + len))?;
@@ -183,26 +190,35 @@ impl Reader<'_> {
             SOCKETCAN => Packet::Can(frame(data)?),
             _ => return Some(None),
         };
-        let direction = match self.flags(start + captured.next_multiple_of(4), at + len - 4) & 3 {
+        let flags = self.option(start + captured.next_multiple_of(4), at + len - 4, PACKET_FLAGS);
+        let direction = match flags.and_then(|value| self.word(value)).unwrap_or_default() & 3 {
             INBOUND => Direction::Reply,
             OUTBOUND => Direction::Request,
             _ => Direction::Unknown,
         };
-        Some(Some(Record { at: Duration::from_micros(us), direction, packet }))
+        Some(Some(Record { at: time(ticks, resolution), direction, packet }))
     }
 
-    /// The flags among the options from `at` to `end`; 0 if there are none.
-    fn flags(&self, mut at: usize, end: usize) -> u32 {
+    /// Where the value of an option stands among those from `at` to `end`.
+    fn option(&self, mut at: usize, end: usize, wanted: u16) -> Option<usize> {
         while at + 4 <= end {
-            let (Some(code), Some(len)) = (self.half(at), self.half(at + 2)) else { break };
-            match code {
-                END_OF_OPTIONS => break,
-                PACKET_FLAGS => return self.word(at + 4).unwrap_or_default(),
-                _ => at += 4 + usize::from(len).next_multiple_of(4),
+            match (self.half(at)?, self.half(at + 2)?) {
+                (END_OF_OPTIONS, _) => return None,
+                (code, _) if code == wanted => return Some(at + 4),
+                (_, len) => at += 4 + usize::from(len).next_multiple_of(4),
             }
         }
-        0
+        None
     }
+}
+
+/// The time of so many ticks of 10^-n s, or, with the highest bit of the resolution set, 2^-n s.
+fn time(ticks: u64, resolution: u8) -> Duration {
+    const BINARY: u8 = 0x80;
+    let exponent = u32::from(resolution & !BINARY);
+    let base: u128 = if resolution & BINARY == 0 { 10 } else { 2 };
+    let ns = base.checked_pow(exponent).map_or(0, |second| u128::from(ticks) * 1_000_000_000 / second);
+    Duration::from_nanos(u64::try_from(ns).unwrap_or(u64::MAX))
 }
 
 fn frame(data: &[u8]) -> Option<Frame> {

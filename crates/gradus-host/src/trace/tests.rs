@@ -79,6 +79,24 @@ fn written(records: &[Record]) -> Vec<u8> {
 }
 
 #[test]
+fn a_file_of_another_program_may_count_nanoseconds() {
+    // A section, an interface (USER0, resolution 10^-9 s), and a packet of one byte without options.
+    let blocks: [&[u32]; 3] = [
+        &[0x0a0d_0d0a, 28, 0x1a2b_3c4d, 1, u32::MAX, u32::MAX, 28],
+        &[1, 32, 147, 0, 0x0001_0009, 9, 0, 32],
+        &[6, 36, 0, 1, 500, 1, 1, 0x55, 36],
+    ];
+    let mut file: Vec<u8> = blocks.concat().iter().flat_map(|word| word.to_be_bytes()).collect();
+    // The first byte comes first in this order: fields of less than a word stand at its beginning.
+    file[28 + 8..28 + 12].copy_from_slice(&[0, 147, 0, 0]);
+    file[28 + 16..28 + 24].copy_from_slice(&[0, 9, 0, 1, 9, 0, 0, 0]);
+    file[60 + 28] = 0x55;
+    let records = read_pcapng(&file).unwrap();
+    assert_eq!(records[0].at, Duration::from_nanos((1 << 32) + 500));
+    assert_eq!(records[0].packet, Packet::Serial(vec![0x55]));
+}
+
+#[test]
 fn requests_have_their_answers() {
     let exchanges = exchanges(&example());
     assert_eq!(exchanges.len(), 8);

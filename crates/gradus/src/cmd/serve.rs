@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use gradus_host::{Broker, Line, Rights, Url};
+use gradus_host::{Broker, Line, Place, Rights, Url};
 
 use crate::progress::interruption;
 use crate::{complain, port};
@@ -48,6 +48,12 @@ impl Serve {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         if !self.allow_remote && !self.tcp.ip().is_loopback() {
             bail!("--allow-remote is needed: {} can be reached from other computers", self.tcp);
+        }
+        if let Place::Sim(module) = self.port.place {
+            bail!(
+                "time would stand still in a virtual module of this process; `gradus sim {}` serves one",
+                module.name.to_lowercase()
+            );
         }
         let line = Line::open(&self.port)?;
         if let Some(file) = &self.trace {
