@@ -11,7 +11,7 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use gradus_firmware::{
-    AxisInputs, Bridge, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo,
+    AxisInputs, Bridge, DriverSettings, DriverState, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo,
     StepperStage, Steppers, Store, Supply, Switches,
 };
 use gradus_tmcl::can::Frame;
@@ -175,8 +175,8 @@ impl Io for Pins {
         0
     }
 
-    fn set_adc_range(&mut self, ten_volts: bool) {
-        black_box(ten_volts);
+    fn set_circuit(&mut self, circuit: InputCircuit) {
+        black_box(circuit);
     }
 
     fn enable(&mut self) -> bool {
@@ -197,7 +197,7 @@ fn answers<P: Ports>(catalogue: &'static catalogue::Module, ports: P) -> Option<
     let mut module = Module::new(catalogue, ports, Erased);
     let mut line = Link::new(0, black_box(LinkKind::Usb), 5_000);
     let mut bus = Link::new(1, LinkKind::Can, 0);
-    for (opcode, kind, value) in [(Opcode::SAP, 15, 2), (Opcode::ROR, 0, 51_200), (Opcode::GAP, 1, 0)] {
+    for (opcode, kind, value) in [(Opcode::SAP, 15, 2), (Opcode::ROR, 0, 1_000), (Opcode::GAP, 1, 0)] {
         let instruction = black_box(Instruction::new(opcode, kind, 0, value));
         module.receive(&mut line, &Request { address: 1, instruction }.emit());
         module.receive_frame(&mut bus, &Frame::request(1, &instruction));
@@ -227,8 +227,9 @@ extern "C" fn main() -> c_int {
         return 1;
     }
     let stepper = answers(&TMCM_3351, Board { axes: [Axis; 3], io: Pins });
+    let older = answers(&TMCM_351, Board { axes: [Axis; 3], io: Pins });
     let servo = answers(&TMCM_1617, Drive { bridge: HalfBridges, io: Pins });
-    c_int::from([stepper, servo] != [Some([Status::OK.0; 2]); 2])
+    c_int::from([stepper, older, servo] != [Some([Status::OK.0; 2]); 3])
 }
 
 /// The hosted target's `compiler_builtins` is built for unwinding and names this; with `panic = "abort"` nobody calls it.

@@ -50,6 +50,9 @@ pub(crate) struct Axis {
     pub(crate) phase: i32,
     /// When the standby current is due: never while the motor turns, `None` once it flows.
     standby_at_us: Option<u64>,
+    /// When the current ends altogether; it has ended once that is past.
+    freewheels_at_us: Option<u64>,
+    freewheels: bool,
     pub(crate) errors: i32,
 }
 
@@ -73,6 +76,8 @@ impl Axis {
             powered: true,
             phase: 0,
             standby_at_us: None,
+            freewheels_at_us: None,
+            freewheels: false,
             errors: 0,
         }
     }
@@ -120,7 +125,8 @@ impl Axis {
             Ap::MeasuredSpeed => self.mean_speed_pps(now, port),
             Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => self.error_flags(),
-            Ap::LoadValue | Ap::DriverErrorFlags | Ap::CoolStepCurrent | Ap::PwmScale | Ap::PwmMode => {
+            Ap::LoadValue => self.load(port),
+            Ap::DriverErrorFlags | Ap::CoolStepCurrent | Ap::PwmScale | Ap::PwmMode => {
                 self.driver_value(id, port.driver())
             }
             _ => self.settings.get(id),
@@ -360,7 +366,7 @@ impl Axis {
 
     /// When the axis has something to do besides control ticks.
     pub(crate) fn due_at(&self) -> Option<u64> {
-        self.standby_at_us
+        [self.standby_at_us, self.freewheels_at_us].into_iter().flatten().min()
     }
 
     /// One control tick.
@@ -407,6 +413,11 @@ impl Axis {
             self.standby_at_us = None;
             self.energize(port);
         }
+        if self.freewheels_at_us.is_some_and(|due| due <= now) {
+            self.freewheels_at_us = None;
+            self.freewheels = true;
+            self.energize(port);
+        }
     }
 
     /// Turns the coil vector by `microsteps`.
@@ -415,20 +426,23 @@ impl Axis {
         self.phase = self.phase.wrapping_add(if self.derived.reversed { steps.wrapping_neg() } else { steps });
         if !self.ramp.is_idle() || self.needs_run_current() {
             self.standby_at_us = Some(NEVER);
+            self.freewheels_at_us = None;
+            self.freewheels = false;
         } else if self.standby_at_us == Some(NEVER) {
             self.standby_at_us = Some(now.saturating_add(self.derived.power_down_us));
+            self.freewheels_at_us = self.derived.freewheeling_us.map(|delay| now.saturating_add(delay));
         }
         self.energize(port);
     }
 
     fn energize<A: StepperStage>(&self, port: &mut A) {
-        port.set_coils(self.phase, self.current());
+        port.set_coils(self.coil_phase(self.phase), self.current());
     }
 
     /// The current of this moment (axis parameters 6, 7 and 200).
     fn current(&self) -> u8 {
         let derived = &self.derived;
-        if !self.powered {
+        if !self.powered || self.freewheels {
             0
         } else if self.standby_at_us.is_none() {
             derived.standby_current

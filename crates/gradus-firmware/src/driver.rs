@@ -9,7 +9,7 @@
 //! - An off time of 0 (167) switches the power stage off without stopping the motion.
 //! - The parameters that shape only the chopper (162 to 166, 177, 179, 184, 185, 191) are kept and do nothing more.
 
-use gradus_tmcl::catalogue::Ap;
+use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::axis::Axis;
 use crate::ports::{CoolStep, DriverSettings, DriverState, StealthChop, StepperStage};
@@ -31,9 +31,16 @@ impl Axis {
             Ap::CoolStepCurrent => i32::from(driver.current_step),
             Ap::PwmScale => i32::from(driver.pwm_scale),
             Ap::PwmMode => i32::from(driver.stealth_chop),
-            Ap::DriverErrorFlags => i32::from(driver.flags) | if self.ramp.is_idle() { STANDSTILL } else { 0 },
-            _ => i32::from(driver.load),
+            _ => i32::from(driver.flags) | self.standstill(),
         }
+    }
+}
+
+impl Axis {
+    /// The flag of axis parameter 208 that is the firmware's; the TMCM-351 has none.
+    fn standstill(&self) -> i32 {
+        let has_flag = self.settings.chip != MotionChip::Tmc428;
+        if has_flag && self.ramp.is_idle() { STANDSTILL } else { 0 }
     }
 }
 

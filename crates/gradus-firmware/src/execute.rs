@@ -4,7 +4,7 @@
 //! commands, so that a line with the setting is silent but for what it asks for. The command that writes the parameter
 //! follows its new value.
 
-use gradus_tmcl::catalogue::{Ap, Gp, Mode};
+use gradus_tmcl::catalogue::{Ap, Gp, Mode, Model};
 use gradus_tmcl::{Instruction, MoveKind, Opcode, Search, Status};
 
 use crate::coordinates::EEPROM;
@@ -15,6 +15,9 @@ use crate::program::State;
 
 /// Value that commands 137 and 255 ask for.
 const CONFIRMATION: i32 = 1234;
+
+/// Type of command 138: an event for every MVP.
+const EVERY_MOVE: u8 = 1;
 
 /// First control command.
 const FIRST_CONTROL: u8 = 128;
@@ -80,6 +83,8 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// Control commands (TMCM-3351 §3.6.58, BEHAVIOUR 2 and 3).
     fn control(&mut self, link: u32, instruction: &Instruction) -> Result<i32, Status> {
         let Instruction { kind, value, .. } = *instruction;
+        // The TMCM-351 does not look at the types of 135 and 138 (ERRATA 6).
+        let is_older = self.catalogue.model == Model::Tmcm351;
         match instruction.opcode {
             Opcode::STOP_APPLICATION => self.program.stop(),
             Opcode::RUN_APPLICATION => self.run_application(kind, value)?,
@@ -87,8 +92,10 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::RESET_APPLICATION => self.reset_program(),
             Opcode::ENTER_DOWNLOAD => self.enter_download(value)?,
             Opcode::EXIT_DOWNLOAD => self.program.downloading = false,
+            Opcode::APPLICATION_STATUS if is_older => return Ok((self.program.state as i32) << 24),
             Opcode::APPLICATION_STATUS => return self.program.status(kind),
             Opcode::FIRMWARE_VERSION => return self.firmware_version(kind),
+            Opcode::POSITION_EVENT if is_older => self.request_event(link, EVERY_MOVE, value)?,
             Opcode::POSITION_EVENT => self.request_event(link, kind, value)?,
             Opcode::ASCII_MODE => self.enter_ascii()?,
             Opcode::BREAKPOINT => return self.program.breakpoint(kind, value),
@@ -128,7 +135,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             return Err(Status::WRONG_TYPE);
         }
         let motors = self.motors(mask.try_into().map_err(|_| Status::INVALID_VALUE)?)?;
-        self.events.request(link, motors, kind == 1);
+        self.events.request(link, motors, kind == EVERY_MOVE);
         Ok(())
     }
 
@@ -182,6 +189,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::RSGP => self.restore_variable(kind, motor)?,
             Opcode::GIO => return self.get_port(kind, motor),
             Opcode::SIO => self.set_port(kind, motor, value)?,
+            Opcode::SAC => return self.exchange(kind, motor, value),
             Opcode::SCO if motor == EEPROM => self.store_coordinates(kind)?,
             Opcode::SCO => self.set_coordinate(kind, motor, value)?,
             Opcode::GCO if motor == EEPROM => self.recall_coordinates(kind)?,

@@ -128,6 +128,16 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
+    /// Global parameter 64 of the TMCM-351: another value than its default brings the factory settings back.
+    pub(crate) fn check_magic(&mut self) {
+        let factory = Globals::factory(self.catalogue);
+        if self.globals.get(Gp::EepromMagic) != factory.get(Gp::EepromMagic) {
+            self.restore_factory_settings();
+            self.globals = factory;
+            self.variables = [0; 256];
+        }
+    }
+
     /// # Errors
     /// [`Status::EEPROM_LOCKED`] while global parameter 73 locks the EEPROM.
     pub(crate) fn unlocked(&self) -> Result<(), Status> {

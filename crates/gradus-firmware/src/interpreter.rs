@@ -237,7 +237,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 /// Commands whose value goes to the accumulator of a program.
 fn loads_accumulator(instruction: &Instruction) -> bool {
     match instruction.opcode {
-        Opcode::GAP | Opcode::GGP | Opcode::GIO | Opcode::GAPX => true,
+        Opcode::GAP | Opcode::GGP | Opcode::GIO | Opcode::GAPX | Opcode::SAC => true,
         Opcode::GCO => instruction.motor != EEPROM,
         _ => false,
     }

@@ -3,7 +3,7 @@
 use gradus_tmcl::Status;
 
 use crate::module::Module;
-use crate::ports::{Io, Ports, Store};
+use crate::ports::{InputCircuit, Io, Ports, Store};
 
 const INPUTS: u8 = 0;
 const ANALOG: u8 = 1;
@@ -12,7 +12,7 @@ const ANALOG: u8 = 1;
 const ALL: u8 = 255;
 /// Range of the analogue inputs, a port of bank 0 that is written.
 const ADC_RANGE: u8 = 8;
-/// The ENABLE input, a port of bank 0.
+/// The ENABLE input of the TMCM-3351, a port of bank 0.
 const ENABLE: u8 = 10;
 
 /// `SIO 255, 2, -1` sends the accumulator.
@@ -22,7 +22,7 @@ const ACCUMULATOR: i32 = -1;
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Outputs {
     pub(crate) levels: u8,
-    ten_volts: bool,
+    circuit: InputCircuit,
 }
 
 impl<P: Ports, S: Store> Module<P, S> {
@@ -35,7 +35,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         let io = self.ports.io();
         Ok(match (bank, number) {
             (INPUTS, ALL) => i32::from(io.inputs()),
-            (INPUTS, ADC_RANGE) => i32::from(self.outputs.ten_volts),
+            (INPUTS, ADC_RANGE) => i32::from(self.outputs.circuit.ten_volts),
             (INPUTS, ENABLE) => i32::from(io.enable()),
             (INPUTS, _) => level(io.inputs(), number),
             (ANALOG, _) => io.analog(number),
@@ -54,15 +54,18 @@ impl<P: Ports, S: Store> Module<P, S> {
             return Err(Status::INVALID_VALUE);
         }
         match (bank, number) {
-            (INPUTS, _) => {
-                self.outputs.ten_volts = value != 0;
-                self.ports.io().set_adc_range(value != 0);
-            }
+            (INPUTS, ADC_RANGE) => self.set_circuit(InputCircuit { ten_volts: value != 0, ..self.outputs.circuit }),
+            (INPUTS, _) => self.set_circuit(InputCircuit { pull_ups: value as u8, ..self.outputs.circuit }),
             (_, ALL) if value == ACCUMULATOR => self.set_outputs(self.program.cpu.registers.accumulator as u8),
             (_, ALL) => self.set_outputs(value as u8),
             _ => self.set_output(number, value != 0),
         }
         Ok(())
+    }
+
+    fn set_circuit(&mut self, circuit: InputCircuit) {
+        self.outputs.circuit = circuit;
+        self.ports.io().set_circuit(circuit);
     }
 
     fn set_output(&mut self, number: u8, high: bool) {

@@ -43,6 +43,7 @@ mod servo_parameters;
 mod servo_settings;
 mod settings;
 mod speed;
+mod spi;
 mod stap;
 mod steppers;
 mod supervision;
@@ -54,8 +55,8 @@ pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{
-    AxisInputs, Bridge, CoolStep, DriverSettings, DriverState, Io, NullEvent, Ports, RotorInputs, StealthChop,
-    StepperStage, Store, Supply, Switches,
+    AxisInputs, Bridge, CoolStep, DriverSettings, DriverState, InputCircuit, Io, NullEvent, Ports, RotorInputs,
+    StealthChop, StepperStage, Store, Supply, Switches,
 };
 pub use servo::Servo;
 pub use steppers::Steppers;

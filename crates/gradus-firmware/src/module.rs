@@ -13,7 +13,7 @@ use crate::heartbeat::Heartbeats;
 use crate::interrupts::Interrupts;
 use crate::io::Outputs;
 use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
-use crate::ports::{Io, Ports, Store, Switches};
+use crate::ports::{InputCircuit, Io, Ports, Store, Switches};
 use crate::program::{NEVER, Program, State};
 use crate::ticks::Ticks;
 
@@ -88,12 +88,13 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     fn power_on(&mut self) {
         self.restore_globals();
+        self.check_magic();
         self.ascii = self.starts_in_ascii();
         self.restore_coordinates();
         self.restore_program();
         self.ports.io().set_outputs(0);
-        self.ports.io().set_adc_range(false);
-        let enabled = self.ports.io().enable();
+        self.ports.io().set_circuit(InputCircuit::default());
+        let enabled = self.is_enabled();
         self.inputs = Inputs { enabled, levels: self.ports.io().inputs(), ..Inputs::default() };
         for index in 0..self.axis_count() {
             self.axes.start(index, self.now, enabled, &mut self.ports);

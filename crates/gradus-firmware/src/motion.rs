@@ -2,7 +2,7 @@
 //!
 //! Where the manual is silent: MST is accepted while ENABLE is low.
 
-use gradus_tmcl::catalogue::{Ap, AxisParameter, InterruptKind};
+use gradus_tmcl::catalogue::{Ap, AxisParameter, Gp, InterruptKind, MotionChip};
 use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::axes::{Axes, Events, Motors, axis_index, motors};
@@ -190,7 +190,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// Looks at everything that changes from outside: ENABLE, inputs, switches.
     pub(crate) fn sample_inputs(&mut self) {
-        let enabled = self.ports.io().enable();
+        let enabled = self.is_enabled();
         if enabled != self.inputs.enabled {
             self.see_enable(enabled);
         }
@@ -208,8 +208,21 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.wake_axes();
     }
 
+    /// Whether the drivers may be on: the level of ENABLE, or of SHUTDOWN as global parameter 80 of the TMCM-351 reads it.
+    pub(crate) fn is_enabled(&mut self) -> bool {
+        let level = self.ports.io().enable();
+        match (self.catalogue.chip, self.globals.get(Gp::ShutdownPin)) {
+            (MotionChip::Tmc428, 0) => true,
+            (MotionChip::Tmc428, 1) => !level,
+            _ => level,
+        }
+    }
+
     fn see_enable(&mut self, enabled: bool) {
         self.inputs.enabled = enabled;
+        if !enabled && self.catalogue.chip == MotionChip::Tmc428 {
+            self.program.cpu.registers.flags.insert(Flags::SHUTDOWN);
+        }
         for index in 0..self.axis_count() {
             self.axes.set_power(index, enabled, &mut self.ports);
         }

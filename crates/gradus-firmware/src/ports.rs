@@ -19,6 +19,12 @@ pub trait Ports: Sized {
 
     /// Digital and analogue ports.
     fn io(&mut self) -> &mut Self::Io;
+
+    /// Exchanges bytes with the device on the SPI bus that chip select 0, 1 or 2 selects. Where nothing is connected zeros come
+    /// back; a module without SAC never asks.
+    fn exchange(&mut self, _chip_select: u8, bytes: &mut [u8]) {
+        bytes.fill(0);
+    }
 }
 
 /// The power stage of a stepper motor with its driver chip.
@@ -199,14 +205,23 @@ pub trait Io {
     /// Sets the digital outputs, bit 0 is output 0.
     fn set_outputs(&mut self, levels: u8);
 
-    /// An analogue input of bank 1, 0..=1023, in the range that [`set_adc_range`](Io::set_adc_range) chose.
+    /// An analogue input of bank 1, 0..=1023, in the range that [`set_circuit`](Io::set_circuit) chose.
     fn analog(&mut self, port: u8) -> i32;
 
-    /// Range of ANA0 to ANA3: false 3.3 V, true 10 V.
-    fn set_adc_range(&mut self, ten_volts: bool);
+    /// Switches what stands before the inputs.
+    fn set_circuit(&mut self, circuit: InputCircuit);
 
-    /// Level of the ENABLE input; low switches the drivers off.
+    /// Level of the ENABLE input, which is the SHUTDOWN input of the TMCM-351.
     fn enable(&mut self) -> bool;
+}
+
+/// What stands before the inputs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct InputCircuit {
+    /// Range of ANA0 to ANA3: false 3.3 V, true 10 V.
+    pub ten_volts: bool,
+    /// Inputs with a pull-up resistor, bit 0 is input 0.
+    pub pull_ups: u8,
 }
 
 /// A byte-addressed memory that keeps its contents without power. An erased byte may have any value.

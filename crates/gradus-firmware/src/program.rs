@@ -6,7 +6,7 @@
 //! - After STOP the program counter is at the STOP; command 129 type 0 meets it again.
 //! - Command 137 keeps the program, but erases one that is protected against disassembling: its protection ends.
 
-use gradus_tmcl::catalogue::Gp;
+use gradus_tmcl::catalogue::{Gp, Model};
 use gradus_tmcl::{Instruction, Status};
 use heapless::Vec;
 
@@ -111,6 +111,13 @@ impl Program {
         self.stop();
         self.state = State::Reset;
         self.cpu = Cpu::default();
+    }
+
+    /// The program counter to zero; all else stays as it is.
+    pub(crate) fn rewind(&mut self) {
+        self.stop();
+        self.state = State::Reset;
+        self.cpu.registers.pc = 0;
     }
 
     /// Goes on at the program counter.
@@ -272,7 +279,10 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     /// Command 131.
     pub(crate) fn reset_program(&mut self) {
-        self.program.reset();
+        match self.catalogue.model {
+            Model::Tmcm351 => self.program.rewind(), // ERRATA 6
+            _ => self.program.reset(),
+        }
         self.interrupts = Interrupts::default();
     }
 

@@ -144,6 +144,11 @@ impl Settings {
                 self.unsigned(Ap::EncoderMeanInterval),
             ),
             stall_speed_pps: self.unsigned(Ap::StopOnStall),
+            stall_load: self.unsigned(Ap::StallDetection),
+            mixed_decay_above: get(Ap::MixedDecay),
+            reference_tolerance: self.reference_tolerance(),
+            full_step_speed: Some(self.unsigned(Ap::FullStepThreshold)).filter(|speed| (1..2048).contains(speed)),
+            freewheeling_us: Some(u64::from(self.unsigned(Ap::FreewheelingDelay)) * 1000).filter(|delay| *delay != 0),
         }
     }
 }
@@ -188,6 +193,16 @@ pub(crate) struct Derived {
     pub(crate) speed_filter: LowPass,
     /// A stall stops the motor above this speed, 0 for off (axis parameter 181).
     pub(crate) stall_speed_pps: u32,
+    /// A greater load stops the motor, 0 for off (axis parameter 205 of the TMCM-351).
+    pub(crate) stall_load: u32,
+    /// Above this speed the driver mixes its decay modes (axis parameter 203 of the TMCM-351).
+    pub(crate) mixed_decay_above: i32,
+    /// The left switch does not stop the motor so near to zero (axis parameter 141 of the TMCM-351).
+    pub(crate) reference_tolerance: Option<u32>,
+    /// Above this speed the motor goes in full steps (axis parameter 211 of the TMCM-351).
+    pub(crate) full_step_speed: Option<u32>,
+    /// Rest after which there is no current (axis parameter 204 of the TMCM-351).
+    pub(crate) freewheeling_us: Option<u64>,
 }
 
 /// A stop switch as axis parameters 12 and 13 describe it.

@@ -50,10 +50,18 @@ impl Axis {
         let (derived, position) = (&self.derived, self.ramp.position());
         let (by_switch, by_position) = match self.heading() {
             1 => (derived.stop_right.blocks(switches.right), derived.virtual_right.is_some_and(|end| position >= end)),
-            -1 => (derived.stop_left.blocks(switches.left), derived.virtual_left.is_some_and(|end| position <= end)),
+            -1 => (
+                derived.stop_left.blocks(switches.left) && !self.is_at_reference(),
+                derived.virtual_left.is_some_and(|end| position <= end),
+            ),
             _ => (false, false),
         };
         if by_switch { Some(derived.switch_stop) } else { by_position.then_some(derived.virtual_stop) }
+    }
+
+    /// So near to zero that the reference switch is not taken for the left stop switch.
+    fn is_at_reference(&self) -> bool {
+        self.derived.reference_tolerance.is_some_and(|tolerance| self.ramp.position().unsigned_abs() <= tolerance)
     }
 
     /// The end switches in their places (axis parameter 33).
@@ -111,6 +119,7 @@ impl Axis {
         if derived.stall_speed_pps != 0
             && self.ramp.speed().unsigned_abs() > derived.stall_speed_pps
             && port.driver().flags & DriverState::STALL != 0
+            || self.is_overloaded(port)
         {
             self.halt();
             self.errors |= self.error_bits().stall;
@@ -119,8 +128,10 @@ impl Axis {
         if self.deviates(port) {
             let (target, encoder) = (self.ramp.target(), self.encoder_position(port));
             self.halt();
-            self.ramp.set_position(encoder);
-            self.ramp.set_target(target);
+            if self.settings.chip != MotionChip::Tmc428 {
+                self.ramp.set_position(encoder);
+                self.ramp.set_target(target);
+            }
             self.rest_speeds(now, port);
             self.errors |= self.error_bits().deviation;
             events.deviated = true;
@@ -147,8 +158,7 @@ impl Axis {
     pub(crate) fn start_search(&mut self) -> Result<(), Status> {
         self.begin()?; // `rotate(0)` alone would not fail
         self.rotate(0)?;
-        self.search =
-            ReferenceSearch::new(self.settings.get(Ap::ReferenceSearchMode), self.settings.microsteps_per_turn());
+        self.search = ReferenceSearch::new(self.settings.search_mode(), self.settings.microsteps_per_turn());
         Ok(())
     }
 

@@ -6,6 +6,10 @@
 //!   velocity mode only. A write to axis parameter 138 changes the mode and goes on with what the registers hold.
 //! - MVP approaches its target in ramp mode. For soft mode write 1 to axis parameter 138, then targets to axis parameter 0.
 //! - The reference switch is the left one. Of the three switches of mode 3 two share that input, so either closes it.
+//! - The load stops the motor (205) at constant speed only, which is not while it approaches a target.
+//! - While the driver mixes its decay modes (203) it measures no load: 206 reads 0, and nothing is taken for a stall.
+//! - A deviation from the encoder leaves the position as it is: every motion is stopped again until one of the two is written.
+//! - Full steps (211) are the places between two microsteps where both coils have the same current.
 //! - The bits of axis parameter 210 act when it is written; an index that is waited for once is waited for again then.
 
 use gradus_motion::{Approach, Generator, Tmc428Limits, Tmc428Units};
@@ -14,7 +18,7 @@ use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::axis::Axis;
 use crate::encoder::OnNull;
-use crate::ports::{AxisInputs, NullEvent, Switches};
+use crate::ports::{AxisInputs, NullEvent, StepperStage, Switches};
 use crate::settings::Settings;
 
 /// Values of axis parameter 138.
@@ -41,6 +45,20 @@ impl Settings {
             max_speed: get(Ap::MaxSpeed),
             acceleration: get(Ap::MaxAcceleration),
         }
+    }
+
+    /// The tolerance of the reference switch counts in three-switch mode only (axis parameters 141 and 193).
+    pub(crate) fn reference_tolerance(&self) -> Option<u32> {
+        const THREE_SWITCHES: i32 = 3;
+        let applies = self.chip == MotionChip::Tmc428 && self.get(Ap::ReferenceSearchMode) == THREE_SWITCHES;
+        applies.then(|| self.unsigned(Ap::ReferenceSwitchTolerance))
+    }
+
+    /// The mode of a reference search as the other module counts them. Three-switch mode is as mode 2, since the reference
+    /// switch shares the input of the left one.
+    pub(crate) fn search_mode(&self) -> i32 {
+        let mode = self.get(Ap::ReferenceSearchMode);
+        if self.chip == MotionChip::Tmc428 { mode.min(2) } else { mode }
     }
 
     /// The factor of the encoder prescaler: so many microsteps in so many counts.
@@ -127,6 +145,34 @@ impl Axis {
         match &self.ramp {
             Generator::Tmc428(ramp) if ramp.is_positioning() => Ok(()),
             _ => self.rotate(speed),
+        }
+    }
+}
+
+// Driver.
+impl Axis {
+    /// GAP 206.
+    pub(crate) fn load<A: StepperStage>(&self, port: &mut A) -> i32 {
+        let mixes = match self.settings.chip {
+            MotionChip::Tmc428 => self.ramp.speed().saturating_abs() > self.derived.mixed_decay_above,
+            _ => false,
+        };
+        if mixes { 0 } else { i32::from(port.driver().load) }
+    }
+
+    /// True when the load stops the motor.
+    pub(crate) fn is_overloaded<A: StepperStage>(&self, port: &mut A) -> bool {
+        let limit = self.derived.stall_load;
+        let steady = self.ramp.speed() != 0 && self.ramp.acceleration() == 0;
+        limit != 0 && steady && self.load(port).unsigned_abs() > limit
+    }
+
+    /// The place of the coil vector: that of the ramp, or the full step that it lies in.
+    pub(crate) fn coil_phase(&self, phase: i32) -> i32 {
+        const FULL_STEP: i32 = 256;
+        match self.derived.full_step_speed {
+            Some(speed) if self.ramp.speed().unsigned_abs() > speed => (phase & -FULL_STEP) + FULL_STEP / 2,
+            _ => phase,
         }
     }
 }

@@ -103,7 +103,7 @@ impl Factor {
     pub fn of(acceleration: u16, units: Tmc428Units, per_mille: u16) -> Option<Self> {
         (0..=MAX_DIVISOR).rev().find_map(|pdiv| {
             let scaled = u64::from(acceleration.min(MAX_VALUE)) * u64::from(per_mille.min(1000));
-            let p_mul = (scaled << (u32::from(pdiv) + units.pulse())) / (16_000 << units.ramp());
+            let p_mul = ((scaled << (u32::from(pdiv) + units.pulse())) / 16_000) >> units.ramp();
             let pmul = u8::try_from(p_mul.checked_sub(128)?).ok().filter(|pmul| *pmul < 128)?;
             Some(Self { pmul, pdiv })
         })
@@ -140,7 +140,7 @@ impl Tmc428Limits {
             ramp_spans: 1 << self.units.ramp(),
             tick_spans: spans,
             travel_shift,
-            speed_of_travel: (1 << SPEED_OF_TRAVEL_BITS) / (i64::from(spans) << travel_shift),
+            speed_of_travel: (1 << (SPEED_OF_TRAVEL_BITS - travel_shift)) / i64::from(spans),
             path: self.path(tick_hz),
         }
     }

@@ -182,8 +182,8 @@ impl Tmc428Ramp {
     fn next_speed(&self) -> i64 {
         let (speed, step) = (self.speed, self.gains.acceleration);
         match (self.mode, self.distance()) {
-            (Mode::Velocity(target), _) => target.max(speed - step).min(speed + step),
-            (Mode::Position, 0) => 0.max(speed - step).min(speed + step),
+            (Mode::Velocity(target), _) => nearer(target, speed, step),
+            (Mode::Position, 0) => nearer(0, speed, step),
             (Mode::Position, distance) if distance > 0 => self.towards(speed, distance),
             (Mode::Position, distance) => -self.towards(-speed, distance.saturating_neg()),
         }
@@ -193,7 +193,7 @@ impl Tmc428Ramp {
     fn towards(&self, speed: i64, distance: i64) -> i64 {
         let Tmc428Gains { acceleration, min_speed, max_speed, .. } = self.gains;
         if speed < 0 || speed > max_speed {
-            return (speed - acceleration).max(max_speed).min(speed + acceleration);
+            return nearer(max_speed, speed, acceleration);
         }
         let faster = (speed + acceleration).min(max_speed);
         let kept = if self.can_stop_from(faster, distance) {
@@ -298,6 +298,11 @@ impl Tmc428Ramp {
     pub fn course(&self) -> Course<'_> {
         Course { distance: self.target.wrapping_sub(self.position()), gains: &self.gains.path }
     }
+}
+
+/// A speed that is nearer to `target` by a step.
+fn nearer(target: i64, speed: i64, step: i64) -> i64 {
+    target.max(speed - step).min(speed + step)
 }
 
 fn whole(position: i32) -> i64 {

@@ -80,6 +80,8 @@ pub struct StealthChop {
 pub struct DriverState {
     /// StallGuard2 reading, 0..=1023.
     pub load: u16,
+    /// Load as the older TMC249 reports it, 0..=7, rising with the load angle; 7 when the rotor does not follow.
+    pub strain: u8,
     /// The latest reading was a stall.
     pub stalled: bool,
     /// Switched off because it is too hot.
@@ -263,6 +265,7 @@ impl Driver {
         let usable = (2.0 * rps - 1.0).clamp(0.0, 1.0) * (5.0 * (1.0 - emf)).clamp(0.0, 1.0);
         let signal = 1000.0 * range * usable * reserve * (1.0 + 0.03 * self.noise());
         let offset = 25.0 * (f64::from(self.settings.stall_threshold) - 20.0 * range);
+        self.state.strain = (7.0 * (1.0 - reserve)).round() as u8;
         let Some(reading) = self.gauge.filter((signal + offset).clamp(0.0, 1023.0), self.settings.stall_filter) else {
             return;
         };

@@ -60,7 +60,8 @@ enum Board {
 
 impl Bench {
     /// Puts a module on a machine and switches it on.
-    pub fn new(catalogue: &'static catalogue::Module, machine: Machine, eeprom: Eeprom) -> Self {
+    pub fn new(catalogue: &'static catalogue::Module, mut machine: Machine, eeprom: Eeprom) -> Self {
+        machine.fit(catalogue);
         let board = Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us: 0 };
         Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0, hung_since_us: None }
     }

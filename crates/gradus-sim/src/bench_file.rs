@@ -28,6 +28,7 @@
 //! enable = true                            # the default
 //! inputs = { 3 = true }                    # the others are low
 //! analog = { 0 = 512 }                     # ADC value in the range after power-on; the others are 0
+//! spi = { 0 = "loop-back", 1 = "74hc595", 2 = ["9F000000: 00C22017"] }   # devices at the chip selects (SAC)
 //!
 //! [[event]]
 //! at = 2.5                                 # seconds of virtual time
@@ -64,6 +65,9 @@
 //! pole_pairs = 4, resistance = 0.72, inductance = 1.2, torque_constant = 0.036, current = 3.47, inertia = 48 }`, in ohm, mH, Nm/A,
 //! A and gcm^2; `direct_current = true` is a brushed motor between the phases A and B. Analogue inputs read 0 to 4095.
 //!
+//! On the SPI bus a `loop-back` is a wire from output to input, a `74hc595` an output chip, and a list of exchanges in hexadecimal
+//! digits, sent and received, is a recording that is played back.
+//!
 //! Several modules on buses are `[[module]]` tables, each with the keys that stand at the top of a file of one module, see
 //! `rig_file`.
 //!
@@ -83,7 +87,7 @@ use toml::de::DeTable;
 use crate::console::Change;
 use crate::problem::{Misfit, Problem};
 use crate::quantity::{celsius, microseconds, supply, virtual_module};
-use crate::{Bench, Eeprom, Machine, MachineAxis, MachineIo, ServoDrive};
+use crate::{Bench, Eeprom, Machine, MachineAxis, MachineIo, ServoDrive, SpiDevice};
 
 use self::axis::AxisTable;
 use self::servo::ServoTable;
@@ -177,11 +181,27 @@ pub(crate) struct Document {
 }
 
 #[derive(Deserialize)]
-#[serde(default, deny_unknown_fields, expecting = "a table with enable, inputs and analog")]
+#[serde(default, deny_unknown_fields, expecting = "a table with enable, inputs, analog and spi")]
 struct IoTable {
     enable: bool,
     inputs: BTreeMap<Spanned<String>, bool>,
     analog: BTreeMap<Spanned<String>, Spanned<i64>>,
+    spi: BTreeMap<Spanned<String>, Spanned<SpiTable>>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "`loop-back`, `74hc595` or a list such as [\"9F000000: 00C22017\"]")]
+enum SpiTable {
+    Named(SpiName),
+    Script(Vec<String>),
+}
+
+#[derive(Deserialize)]
+enum SpiName {
+    #[serde(rename = "loop-back")]
+    Loopback,
+    #[serde(rename = "74hc595")]
+    Outputs,
 }
 
 #[derive(Deserialize)]
@@ -203,7 +223,7 @@ fn default_temperature() -> f64 {
 
 impl Default for IoTable {
     fn default() -> Self {
-        Self { enable: true, inputs: BTreeMap::new(), analog: BTreeMap::new() }
+        Self { enable: true, inputs: BTreeMap::new(), analog: BTreeMap::new(), spi: BTreeMap::new() }
     }
 }
 
@@ -256,8 +276,24 @@ impl IoTable {
             let port = choose(&port, io.analog_pins().iter().copied(), "an analogue input")?;
             io.set_analog(port, adc_value(&value, io.full_scale())?);
         }
+        for (number, table) in self.spi {
+            let chip_select = choose(&number, 0..3, "a chip select")?;
+            io.spi[usize::from(chip_select)] = build_spi(&table)?;
+        }
         Ok(io)
     }
+}
+
+fn build_spi(table: &Spanned<SpiTable>) -> Result<SpiDevice, Misfit> {
+    Ok(match table.as_ref() {
+        SpiTable::Named(SpiName::Loopback) => SpiDevice::Loopback,
+        SpiTable::Named(SpiName::Outputs) => SpiDevice::Outputs(0),
+        SpiTable::Script(lines) => {
+            let exchanges = lines.iter().map(|line| line.parse()).collect::<Result<_, String>>();
+            let exchanges = exchanges.map_err(|message| Misfit::new(Some(table.span()), message))?;
+            SpiDevice::Script { exchanges, next: 0 }
+        }
+    })
 }
 
 impl EventTable {

@@ -7,7 +7,7 @@ use std::fmt::{self, Write as _};
 use gradus_plant::{Coil, CoilFault, Mechanics, Readings, StepperAxis, Surroundings, Switch};
 use gradus_tmcl::catalogue::{Ap, Module};
 
-use crate::{Bench, MachineIo};
+use crate::{Bench, MachineIo, SpiDevice};
 
 mod servo;
 
@@ -372,11 +372,23 @@ fn show_motor(bench: &mut Bench, axis: usize) -> String {
     )
 }
 
+fn bits(levels: u8) -> String {
+    (0..8).map(|port| format!(" {}", levels >> port & 1)).collect()
+}
+
+/// What an output chip on the SPI bus shows.
+fn show_spi((number, device): (usize, &SpiDevice)) -> Option<String> {
+    match device {
+        SpiDevice::Outputs(shown) => Some(format!("spi {number} outputs 0-7:{}\n", bits(*shown))),
+        _ => None,
+    }
+}
+
 fn show_io(io: &MachineIo) -> String {
-    let bits = |levels: u8| (0..8).map(|port| format!(" {}", levels >> port & 1)).collect::<String>();
     let analog = io.analog_pins().iter().map(|port| format!(" {port}: {}", io.adc_value(*port))).collect::<Vec<_>>();
     let analog = analog.join(",");
-    format!("inputs 0-7: {}\noutputs 0-7:{}\nanalog{analog}\n", bits(io.levels()), bits(io.outputs()))
+    let spi: String = io.spi.iter().enumerate().filter_map(show_spi).collect();
+    format!("inputs 0-7: {}\noutputs 0-7:{}\nanalog{analog}\n{spi}", bits(io.levels()), bits(io.outputs()))
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Digital and analogue ports of a simulated module.
 
-use gradus_firmware::Io;
+use gradus_firmware::{InputCircuit, Io};
 use gradus_plant::Surroundings;
 use gradus_tmcl::catalogue::Module;
+
+use crate::SpiDevice;
 
 /// Full scale of the converters of 10 and 12 bits.
 const TEN_BITS: i32 = 1023;
@@ -57,13 +59,17 @@ pub struct MachineIo {
     inputs: u8,
     outputs: u8,
     enable: bool,
-    ten_volts: bool,
+    circuit: InputCircuit,
+    /// Inputs that something drives; the others have the level of their pull-up resistor.
+    driven: u8,
     /// The converters are those of the TMCM-1617.
     servo: bool,
     /// Voltages of bank 1; [`Self::ANALOG_PINS`] says which are pins.
     volts: [f64; 8],
     /// Supply and climate of the module.
     pub surroundings: Surroundings,
+    /// What the chip selects of the SPI bus select.
+    pub spi: [SpiDevice; 3],
 }
 
 impl MachineIo {
@@ -116,7 +122,7 @@ impl MachineIo {
 
     /// Levels of the digital inputs, bit 0 is input 0.
     pub fn levels(&self) -> u8 {
-        self.inputs
+        self.inputs & self.driven | self.circuit.pull_ups & !self.driven
     }
 
     /// Levels of the digital outputs, bit 0 is output 0.
@@ -145,7 +151,8 @@ impl MachineIo {
     /// Takes the drive from the outputs; the converters are in their 3.3 V range after power-on.
     pub(crate) fn lose_power(&mut self) {
         self.outputs = 0;
-        self.ten_volts = false;
+        self.circuit = InputCircuit::default();
+        self.spi.iter_mut().for_each(SpiDevice::lose_power);
     }
 
     fn is_both(&self, port: u8) -> bool {
@@ -154,13 +161,14 @@ impl MachineIo {
 
     fn set_level(&mut self, port: u8, level: bool) {
         let bit = 1_u8.checked_shl(port.into()).unwrap_or(0);
+        self.driven |= bit;
         self.inputs = if level { self.inputs | bit } else { self.inputs & !bit };
     }
 
     fn adc(&self, port: u8) -> Adc {
         match port {
             _ if self.servo => Adc::SERVO,
-            _ if self.ten_volts || self.is_both(port) => Adc::TEN_VOLTS,
+            _ if self.circuit.ten_volts || self.is_both(port) => Adc::TEN_VOLTS,
             _ => Adc::THREE_VOLTS,
         }
     }
@@ -173,10 +181,12 @@ impl Default for MachineIo {
             inputs: 0,
             outputs: 0,
             enable: true,
-            ten_volts: false,
+            circuit: InputCircuit::default(),
+            driven: 0,
             servo: false,
             volts: [0.0; 8],
             surroundings: Surroundings::default(),
+            spi: Default::default(),
         }
     }
 }
@@ -184,7 +194,7 @@ impl Default for MachineIo {
 impl Io for MachineIo {
     #[inline]
     fn inputs(&mut self) -> u8 {
-        self.inputs
+        self.levels()
     }
 
     #[inline]
@@ -196,8 +206,8 @@ impl Io for MachineIo {
         self.adc_value(port)
     }
 
-    fn set_adc_range(&mut self, ten_volts: bool) {
-        self.ten_volts = ten_volts;
+    fn set_circuit(&mut self, circuit: InputCircuit) {
+        self.circuit = circuit;
     }
 
     #[inline]
@@ -216,7 +226,7 @@ mod tests {
             for port in MachineIo::ANALOG_PINS {
                 for value in 0..=1023 {
                     let mut io = MachineIo::default();
-                    io.set_adc_range(ten_volts);
+                    io.set_circuit(InputCircuit { ten_volts, ..InputCircuit::default() });
                     io.set_analog(port, value);
                     assert_eq!(io.analog(port), value, "port {port}");
                 }
@@ -228,10 +238,10 @@ mod tests {
     fn voltage_stays_when_the_range_changes() {
         let mut io = MachineIo::default();
         io.set_analog(0, 1000);
-        io.set_adc_range(true);
+        io.set_circuit(InputCircuit { ten_volts: true, ..InputCircuit::default() });
         assert_eq!(io.analog(0), 330);
         io.set_analog(0, 1000);
-        io.set_adc_range(false);
+        io.set_circuit(InputCircuit::default());
         assert_eq!(io.analog(0), 1023);
     }
 
@@ -263,5 +273,17 @@ mod tests {
         io.set_input(8, true);
         io.set_analog(200, 5);
         assert_eq!((io.analog(200), io), (0, MachineIo::default()));
+    }
+
+    #[test]
+    fn input_that_nothing_drives_has_the_level_of_its_pull_up() {
+        let mut io = MachineIo::default();
+        io.set_circuit(InputCircuit { pull_ups: 0b0110, ten_volts: false });
+        assert_eq!(io.inputs(), 0b0110);
+        io.set_input(1, false);
+        io.set_input(3, true);
+        assert_eq!(io.inputs(), 0b1100);
+        io.set_circuit(InputCircuit::default());
+        assert_eq!(io.inputs(), 0b1000);
     }
 }

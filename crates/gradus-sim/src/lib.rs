@@ -30,6 +30,7 @@ mod segment;
 #[cfg(unix)]
 mod serve;
 mod slots;
+mod spi;
 mod wakes;
 
 pub use bench::{Bench, VIRTUAL_MODULES, is_virtual, virtual_names};
@@ -42,7 +43,7 @@ pub use firmware::Firmware;
 pub use gradus_firmware::{Link, LinkKind};
 pub use gradus_plant::{Bridge as Switches, Readings, ServoMachine, ServoSetup, StepperAxis, Vane};
 pub use io::{Adc, MachineIo};
-pub use machine::{Machine, MachineAxis};
+pub use machine::{DriverChip, Machine, MachineAxis};
 pub use passed::{Content, Passed};
 pub use problem::Problem;
 pub use rig::{BusChange, BusKind, HostId, Rig};
@@ -54,3 +55,4 @@ pub use serve::{
     Console, Endpoint, EndpointError, EndpointParseError, Options, ServeError, Server, Speed, SpeedError, Stopper,
     address, allow_many_endpoints,
 };
+pub use spi::{Exchange, SpiDevice};

@@ -5,15 +5,30 @@ use gradus_firmware::{
     Switches,
 };
 use gradus_plant::{STEP_US, StepperAxis};
-use gradus_tmcl::catalogue::Module;
+use gradus_tmcl::catalogue::{Model, Module};
 
 use crate::{MachineIo, ServoDrive};
+
+/// How the driver chips of a module report.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum DriverChip {
+    /// StallGuard2, which falls with the load.
+    #[default]
+    StallGuard2,
+    /// Load in three bits, which rises with it.
+    Tmc249,
+}
+
+/// Current at full scale of the TMCM-351, in amperes RMS.
+const TMCM_351_FULL_SCALE_A: f64 = 2.8;
 
 /// A power stage with the simulated axis it drives.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct MachineAxis {
     /// Motor, travel and encoder.
     pub plant: StepperAxis,
+    /// How the power stage reports.
+    pub chip: DriverChip,
 }
 
 impl StepperStage for MachineAxis {
@@ -50,6 +65,9 @@ impl StepperStage for MachineAxis {
 
     fn driver(&mut self) -> DriverState {
         let state = self.plant.driver();
+        if self.chip == DriverChip::Tmc249 {
+            return tmc249(state);
+        }
         let flags = [
             state.stalled,
             state.overheated,
@@ -68,6 +86,15 @@ impl StepperStage for MachineAxis {
             stealth_chop: state.stealth,
         }
     }
+}
+
+/// What the driver chip of the TMCM-351 reports: its flags are those of axis parameter 208.
+fn tmc249(state: &gradus_plant::DriverState) -> DriverState {
+    let [short_a, short_b] = state.shorted;
+    let [open_a, open_b] = state.open;
+    let flags = [short_a, short_b, open_a, open_b, false, false, state.warm, state.overheated];
+    let flags = flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u8::from(flag));
+    DriverState { load: u16::from(state.strain), flags, ..DriverState::default() }
 }
 
 impl AxisInputs for MachineAxis {
@@ -122,13 +149,23 @@ impl Machine {
 
     /// A machine of axes that never lose a step, with 200 full steps a turn and an encoder.
     pub fn rigid(axes: usize) -> Self {
-        let axis = MachineAxis { plant: StepperAxis::rigid(200) };
+        let axis = MachineAxis { plant: StepperAxis::rigid(200), ..MachineAxis::default() };
         Self { axes: vec![axis; axes], servos: Vec::new(), io: MachineIo::default() }
     }
 
     /// The machine of a module with steppers that never lose a step; a servo motor has no such kind.
     pub fn rigid_of(catalogue: &Module) -> Self {
         if catalogue.is_servo() { Self::of(catalogue) } else { Self::rigid(catalogue.axes.into()) }
+    }
+
+    /// Puts the machine on a module: its power stages.
+    pub(crate) fn fit(&mut self, module: &Module) {
+        if module.model == Model::Tmcm351 {
+            for axis in &mut self.axes {
+                axis.chip = DriverChip::Tmc249;
+                axis.plant.set_full_scale(TMCM_351_FULL_SCALE_A);
+            }
+        }
     }
 
     /// True if time has a meaning for an axis.
@@ -203,5 +240,12 @@ impl Ports for Machine {
     #[inline]
     fn io(&mut self) -> &mut MachineIo {
         &mut self.io
+    }
+
+    fn exchange(&mut self, chip_select: u8, bytes: &mut [u8]) {
+        match self.io.spi.get_mut(usize::from(chip_select)) {
+            Some(device) => device.exchange(bytes),
+            None => bytes.fill(0),
+        }
     }
 }

@@ -4,8 +4,8 @@
 //! commands between semicolons; both go through real nine-byte datagrams.
 
 use gradus_firmware::{
-    AxisInputs, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers,
-    Store, Switches, store_size,
+    AxisInputs, DriverSettings, DriverState, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage,
+    Steppers, Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::{self, Ap, TMCM_351, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
@@ -88,6 +88,7 @@ pub struct Board {
     pub inputs: u8,
     pub outputs: u8,
     pub ten_volts: bool,
+    pub pull_ups: u8,
     pub enable: bool,
 }
 
@@ -104,8 +105,9 @@ impl Io for Board {
         i32::from(port) * 100 + i32::from(self.ten_volts)
     }
 
-    fn set_adc_range(&mut self, ten_volts: bool) {
-        self.ten_volts = ten_volts;
+    fn set_circuit(&mut self, circuit: InputCircuit) {
+        self.ten_volts = circuit.ten_volts;
+        self.pull_ups = circuit.pull_ups;
     }
 
     fn enable(&mut self) -> bool {
@@ -122,7 +124,7 @@ pub struct Machine {
 
 impl Default for Machine {
     fn default() -> Self {
-        let board = Board { inputs: 0, outputs: 0xff, ten_volts: true, enable: true };
+        let board = Board { inputs: 0, outputs: 0xff, ten_volts: true, pull_ups: 0, enable: true };
         Self { axes: Default::default(), board }
     }
 }

@@ -3,8 +3,8 @@
 use core::ops::RangeInclusive;
 
 use gradus_firmware::{
-    AxisInputs, DriverSettings, DriverState, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage, Steppers,
-    Store, Switches, store_size,
+    AxisInputs, DriverSettings, DriverState, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, StepperStage,
+    Steppers, Store, Switches, store_size,
 };
 use gradus_tmcl::catalogue::TMCM_3351;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -141,7 +141,7 @@ impl Io for Board {
         0
     }
 
-    fn set_adc_range(&mut self, _ten_volts: bool) {}
+    fn set_circuit(&mut self, _circuit: InputCircuit) {}
 
     fn enable(&mut self) -> bool {
         self.enable

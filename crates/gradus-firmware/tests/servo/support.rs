@@ -1,7 +1,7 @@
 //! A TMCM-1617 on fake hardware: the test says what sensors and shunts read, and sees what the firmware makes of it.
 
 use gradus_firmware::{
-    Bridge, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo, Store, Supply, store_size,
+    Bridge, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo, Store, Supply, store_size,
 };
 use gradus_tmcl::catalogue::TMCM_1617;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request};
@@ -133,7 +133,7 @@ impl Io for Board {
         i32::from(port) * 1000
     }
 
-    fn set_adc_range(&mut self, _ten_volts: bool) {}
+    fn set_circuit(&mut self, _circuit: InputCircuit) {}
 
     fn enable(&mut self) -> bool {
         true

@@ -204,7 +204,7 @@ impl AxisTable {
         plant.travel = self.travel.build(|length| plant.microsteps(length / self.travel_per_turn));
         plant.encoder = self.encoder.as_ref().map(|encoder| encoder.build(|turns| plant.microsteps(turns)));
         plant.place(plant.microsteps(self.start / self.travel_per_turn));
-        MachineAxis { plant }
+        MachineAxis { plant, ..MachineAxis::default() }
     }
 
     fn rotor(&self) -> StepperAxis {

@@ -3,6 +3,7 @@ use gradus_plant::{HallSensors, Mechanics, ServoSetup, StepperAxis, Switch, Trav
 use gradus_tmcl::catalogue::{Ap, TMCM_3351};
 
 use super::*;
+use crate::SpiDevice;
 
 fn parsed(text: &str) -> BenchFile {
     BenchFile::parse(text).unwrap_or_else(|problem| panic!("{problem}"))
@@ -182,6 +183,14 @@ fn inputs_have_their_levels_when_the_module_starts() {
 }
 
 #[test]
+fn devices_hang_on_the_spi_bus() {
+    let io = "[io]\nspi = { 0 = 'loop-back', 1 = '74hc595', 2 = ['9F00: 00C2', '05: 01'] }";
+    let devices = parsed(&format!("module = 'tmcm-351'\n{io}")).machine.io.spi;
+    assert_eq!(devices[..2], [SpiDevice::Loopback, SpiDevice::Outputs(0)]);
+    assert!(matches!(&devices[2], SpiDevice::Script { exchanges, next: 0 } if exchanges.len() == 2));
+}
+
+#[test]
 fn events_happen_at_their_time() {
     let text = "module = \"tmcm-3351\"\n\
         [[event]]\nat = 2.5\ndo = \"switch 0 home 0\"\n[[event]]\nat = 1\ndo = \"switch 0 home 1\"";
@@ -246,6 +255,9 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
             "[axis.0]\nencoder = true",
             "3: axis.0.encoder: invalid type: boolean `true`, expected a table such as { counts_per_turn = 4096 }",
         ),
+        ("[io]\nspi.3 = 'loop-back'", "3: io.spi.3: expected a chip select: 0, 1, 2"),
+        ("[io]\nspi.0 = 'flash'", "3: io.spi.0: `loop-back`, `74hc595` or a list such as [\"9F000000: 00C22017\"]"),
+        ("[io]\nspi.0 = ['9F']", "3: io.spi.0: expected two times 1 to 4 bytes as in `9F000000: 00C22017`, not `9F`"),
         ("[io]\ninputs = { 3 = 1 }", "3: io.inputs.3: invalid type: integer `1`, expected a boolean"),
         ("[io]\ninputs = { 8 = true }", "3: io.inputs.8: expected an input: 0, 1, 2, 3, 4, 5, 6, 7"),
         ("[io]\nanalog.4 = 1", "3: io.analog.4: expected an analogue input: 0, 1, 2, 3, 6, 7"),
