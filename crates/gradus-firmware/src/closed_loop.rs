@@ -290,18 +290,18 @@ impl Axis {
 
 // Origin.
 impl Axis {
-    /// Makes this the position of the motor. In closed loop the encoder goes along.
+    /// Makes this the position of the motor. The encoder goes along if a loop is on.
     pub(crate) fn set_position<A: AxisInputs>(&mut self, position: i32, port: &mut A) {
-        match self.is_regulating() {
+        match self.is_loop_ready() {
             true => self.shift_origin(position.wrapping_sub(self.ramp.position()), port),
             false => self.ramp.set_position(position),
         }
     }
 
-    /// Makes this the position of the encoder. In closed loop the motor's goes along.
+    /// Makes this the position of the encoder. The motor's goes along if a loop is on.
     pub(crate) fn set_encoder_position<A: AxisInputs>(&mut self, position: i32, port: &mut A) {
         let before = self.encoder_position(port);
-        match self.is_regulating() {
+        match self.is_loop_ready() {
             true => self.shift_origin(position.wrapping_sub(before), port),
             false => self.encoder.set_position(position, port.encoder()),
         }

@@ -315,6 +315,20 @@ fn position_and_encoder_have_one_origin() {
 }
 
 #[test]
+fn pid_mode_does_not_turn_when_the_origin_moves() {
+    for command in ["SAP 1, 0, 5000", "SAP 209, 0, 5000"] {
+        let mut bench = open();
+        bench.all("SAP 7, 0, 255; SAP 129, 0, 2");
+        bench.advance_ms(10);
+        let phase = bench.stage(0).phase;
+        bench.ask(command);
+        bench.advance_ms(500);
+        assert_eq!([0, 1, 209].map(|number| bench.get(number, 0)), [5_000; 3], "{command}");
+        assert_eq!(bench.stage(0).phase, phase, "{command}");
+    }
+}
+
+#[test]
 fn null_event_does_not_clear_the_encoder_of_a_closed_loop() {
     let mut bench = closed("SAP 201, 0, 280");
     let position = bench.get(209, 0);
