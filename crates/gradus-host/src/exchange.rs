@@ -59,6 +59,9 @@ impl Session {
                 }
                 Heard::Nothing => {
                     self.statistics.silent += 1;
+                    if !wire.owing.contains(&self.peer.module) {
+                        wire.owing.push(self.peer.module);
+                    }
                     return Err(self.silent(request, foreign));
                 }
             };

@@ -49,6 +49,8 @@ pub(crate) struct Wire {
     pub doubts: u64,
     /// The latest answer.
     pub last: Option<Exchange>,
+    /// Modules that have not answered a request, and may do so late.
+    pub owing: Vec<u8>,
     /// True where a second copy of an answer may come.
     pub doubling: bool,
     /// Takes what passes.
@@ -83,7 +85,16 @@ impl Line {
     pub fn over(link: Box<dyn Link>, port: &str) -> Self {
         let doubling = link.nature().can;
         let began = time_of_day().saturating_sub(link.now());
-        let wire = Wire { link, doubts: 1, last: None, doubling, trace: None, began, events: VecDeque::new() };
+        let wire = Wire {
+            link,
+            doubts: 1,
+            last: None,
+            owing: Vec::new(),
+            doubling,
+            trace: None,
+            began,
+            events: VecDeque::new(),
+        };
         Self { port: port.into(), shared: Arc::new(Shared { turnstile: Mutex::default(), wire: Mutex::new(wire) }) }
     }
 

@@ -17,8 +17,7 @@
 //! What no host can see, because the datagrams carry nothing to see it by: an answer delayed past a later one (a line that changes
 //! the order); a request that the line doubles, so that a relative move is made twice; damage that leaves the checksum
 //! right, as two errors may that make up for each other; a download begun by another host, during which commands are stored
-//! instead of executed until an answer says so; and, where program memory is read on a line with several modules, the late answer
-//! of another one, because what a module says there carries no address.
+//! instead of executed until an answer says so.
 //!
 //! A module on an USB-like port answers whatever address it is asked under, with its own address in the reply. Which address
 //! that is, the session learns while it gets in step, and from then on no other counts.
@@ -28,7 +27,7 @@ use std::time::Duration;
 
 use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Command, Effect, Gp, MODULES, Module, TMCM_3351};
-use gradus_tmcl::{Instruction, Opcode, Reply, Status};
+use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
 use crate::refusal::reason;
 use crate::verdict::{Form, Peer, complaint, form};
@@ -215,10 +214,14 @@ impl Session {
     /// # Errors
     /// As [`execute`](Self::execute).
     pub fn relay(&mut self, instruction: Instruction) -> Result<[u8; 9], Error> {
-        if form(instruction) == Form::Reply {
-            return self.execute(instruction).map(|reply| reply.emit());
+        match (form(instruction), u16::try_from(instruction.value)) {
+            (Form::Reply, _) => self.execute(instruction).map(|reply| reply.emit()),
+            (Form::Command, Ok(address)) => {
+                let command = self.read_memory(address)?;
+                Ok(Request { address: self.peer.host, instruction: command }.emit())
+            }
+            (Form::Text | Form::Command, _) => self.converse(instruction, true),
         }
-        self.converse(instruction, true)
     }
 
     /// New addresses of the module or the host hold as soon as they are set; the next probe learns what replies carry now.
@@ -284,12 +287,25 @@ impl Session {
 
     /// The command at an address of the program memory. Past its end, and behind read protection, all fields are zero.
     ///
-    /// One command, `SAP 1, 0, 0` on a module with address 5 for example, looks like the module's word about a damaged request:
-    /// it counts when it comes every time.
+    /// What comes carries neither a module's address nor the command's number. So a command that could be the late answer of
+    /// another module of the line counts when it comes twice. And one command, `SAP 1, 0, 0` on a module with address 5
+    /// for example, looks like the module's word about a damaged request: it counts when it comes every time.
     ///
     /// # Errors
     /// When the line is broken, no answer comes in time, or it comes damaged.
     pub fn read_memory(&mut self, address: u16) -> Result<Instruction, Error> {
+        let mut command = self.read_memory_once(address)?;
+        while self.line.lock().owing.contains(&command.opcode.0) {
+            let again = self.read_memory_once(address)?;
+            if again == command {
+                break;
+            }
+            command = again;
+        }
+        Ok(command)
+    }
+
+    fn read_memory_once(&mut self, address: u16) -> Result<Instruction, Error> {
         let request = Instruction::new(Opcode::READ_MEMORY, 0, 0, i32::from(address));
         let before = self.statistics.damaged_requests;
         match self.converse(request, true) {

@@ -74,6 +74,7 @@ impl Session {
             let Ok(reply) = Reply::parse(&bytes) else { return Ok(false) };
             if reply.command == Opcode::GET_INFO && reply.value == self.nonce {
                 self.peer = Peer { host: reply.host, module: reply.module };
+                wire.owing.retain(|module| *module != reply.module);
                 self.mute = false;
                 return Ok(true);
             }

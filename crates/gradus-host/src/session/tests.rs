@@ -4,7 +4,6 @@ use std::collections::VecDeque;
 use std::io;
 use std::sync::{Arc, Mutex};
 
-use gradus_tmcl::Request;
 use gradus_tmcl::catalogue::Ap;
 
 use super::*;
@@ -483,6 +482,15 @@ struct Segment {
     now: Duration,
     line: VecDeque<(Duration, Vec<u8>)>,
     requests: usize,
+    /// Whether the answer to a request, by its number, is late.
+    is_late: fn(usize) -> bool,
+    /// When the latest answer of each module arrives.
+    latest: [Duration; 4],
+}
+
+/// What a module holds in its program memory: commands that look like answers of another module.
+fn stored(module: u8, address: i32) -> Instruction {
+    Instruction::new(Opcode(module % 3 + 1), Status::OK.0, Opcode::GAP.0, 100_000 + 1000 * i32::from(module) + address)
 }
 
 impl Stream for Segment {
@@ -492,14 +500,16 @@ impl Stream for Segment {
             Opcode::GAP => i32::from(address) * 1000 + i32::from(instruction.kind),
             _ => instruction.value,
         };
-        let reply = Reply { host: 2, module: address, status: Status::OK, command: instruction.opcode, value };
+        let reply = Reply { host: 2, module: address, status: Status::OK, command: instruction.opcode, value }.emit();
+        let memory = Request { address: 2, instruction: stored(address, instruction.value) }.emit();
+        let reply = if instruction.opcode == Opcode::READ_MEMORY { memory } else { reply };
         self.requests += 1;
-        let late = if self.requests.is_multiple_of(7) { 1300 } else { 1 };
+        let late = if (self.is_late)(self.requests) { 1300 } else { 1 };
         // Each module answers in its order, and does not wait for the others.
-        let before = self.line.iter().filter(|(_, bytes)| bytes[1] == address).map(|(at, _)| *at).max();
-        let at = (self.now + Duration::from_millis(late)).max(before.unwrap_or_default());
+        let at = (self.now + Duration::from_millis(late)).max(self.latest[usize::from(address)]);
+        self.latest[usize::from(address)] = at;
         let before = self.line.iter().position(|(later, _)| *later > at).unwrap_or(self.line.len());
-        self.line.insert(before, (at, reply.emit().to_vec()));
+        self.line.insert(before, (at, reply.to_vec()));
         Ok(())
     }
 
@@ -523,10 +533,28 @@ impl Stream for Segment {
     }
 }
 
+fn segment(is_late: fn(usize) -> bool) -> Line {
+    let (now, latest) = (Duration::ZERO, [Duration::ZERO; 4]);
+    let segment = Segment { now, line: VecDeque::new(), requests: 0, is_late, latest };
+    Line::over(Box::new(Framed::new(segment, false)), "segment")
+}
+
+#[test]
+fn late_answer_of_another_module_is_no_command_of_program_memory() {
+    let line = segment(|number| number == 2);
+    let (mut late, mut other) = (line.session(Address::serial(1)), line.session(Address::serial(3)));
+    late.set_retries(0);
+    assert!(late.command(gap(7)).is_err());
+    for address in 0..1000 {
+        assert_eq!(other.read_memory(address).unwrap(), stored(3, address.into()));
+    }
+    assert_eq!(other.statistics().drained, 1, "the late answer came in between");
+    assert_eq!(late.command(gap(7)).unwrap(), 1007);
+}
+
 #[test]
 fn threads_share_a_line_and_each_gets_its_own_answers() {
-    let segment = Segment { now: Duration::ZERO, line: VecDeque::new(), requests: 0 };
-    let line = Line::over(Box::new(Framed::new(segment, false)), "segment");
+    let line = segment(|number| number.is_multiple_of(7));
     std::thread::scope(|scope| {
         for thread in 0..6u8 {
             let mut session = line.session(Address::serial(1 + thread % 3));
@@ -534,6 +562,8 @@ fn threads_share_a_line_and_each_gets_its_own_answers() {
                 for number in 0..200 {
                     let value = session.command(gap(number)).unwrap();
                     assert_eq!(value, i32::from(1 + thread % 3) * 1000 + i32::from(number));
+                    let command = session.read_memory(number.into()).unwrap();
+                    assert_eq!(command, stored(1 + thread % 3, number.into()));
                 }
             });
         }
