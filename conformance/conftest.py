@@ -1,4 +1,4 @@
-"""A virtual TMCM-3351 for every test, on the port that the test asks for."""
+"""A virtual module for every test, on the port that the test asks for: a TMCM-3351, or a TMCM-1617 where it wants a servo."""
 
 import os
 import subprocess
@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from pytrinamic.connections import ConnectionManager
-from pytrinamic.modules import TMCM3351
+from pytrinamic.modules import TMCM1617, TMCM3351
 
 ROOT = Path(__file__).parent.parent
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
@@ -57,3 +57,21 @@ def connection(request, simulator):
 @pytest.fixture
 def module(connection):
     return TMCM3351(connection)
+
+
+@pytest.fixture
+def servo_simulator(tmp_path):
+    simulator = Simulator("tmcm-1617", "--pty", str(tmp_path / "servo"), "--tcp", "127.0.0.1:0")
+    yield simulator
+    simulator.stop()
+
+
+@pytest.fixture(params=["serial_tmcl", "socket_serial_tmcl"])
+def servo_connection(request, servo_simulator):
+    with connect(servo_simulator, request.param) as connection:
+        yield connection
+
+
+@pytest.fixture
+def servo(servo_connection):
+    return TMCM1617(servo_connection)

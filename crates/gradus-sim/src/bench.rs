@@ -73,7 +73,7 @@ impl Bench {
 
     /// The same with axes that never lose a step: exact, and without cost while they rest.
     pub fn rigid(catalogue: &'static catalogue::Module) -> Self {
-        Self::new(catalogue, Machine::rigid(catalogue.axes.into()), Eeprom::of(catalogue))
+        Self::new(catalogue, Machine::rigid(catalogue), Eeprom::of(catalogue))
     }
 
     /// The module's tables.
@@ -283,7 +283,7 @@ impl Bench {
     }
 
     fn replace_board(&mut self, replace: impl FnOnce(Board) -> Board) {
-        let nothing = Board::Off(Box::new((Machine::new(0), Eeprom::new(0))));
+        let nothing = Board::Off(Box::new((Machine::default(), Eeprom::new(0))));
         self.board = replace(std::mem::replace(&mut self.board, nothing));
     }
 }

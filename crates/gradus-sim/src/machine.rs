@@ -120,8 +120,8 @@ impl AxisInputs for MachineAxis {
     }
 }
 
-/// All that hangs on the connectors of a module.
-#[derive(Clone, PartialEq, Debug)]
+/// All that hangs on the connectors of a module. [`Default`] is nothing.
+#[derive(Clone, PartialEq, Debug, Default)]
 pub struct Machine {
     /// The stepper axes, one for each motor of the module; none of a servo module.
     pub axes: Vec<MachineAxis>,
@@ -142,20 +142,11 @@ impl Machine {
         }
     }
 
-    /// A machine of default stepper axes.
-    pub fn new(axes: usize) -> Self {
-        Self { axes: vec![MachineAxis::default(); axes], servos: Vec::new(), io: MachineIo::default() }
-    }
-
-    /// A machine of axes that never lose a step, with 200 full steps a turn and an encoder.
-    pub fn rigid(axes: usize) -> Self {
-        let axis = MachineAxis { plant: StepperAxis::rigid(200), ..MachineAxis::default() };
-        Self { axes: vec![axis; axes], servos: Vec::new(), io: MachineIo::default() }
-    }
-
-    /// The machine of a module with steppers that never lose a step; a servo motor has no such kind.
-    pub fn rigid_of(catalogue: &Module) -> Self {
-        if catalogue.is_servo() { Self::of(catalogue) } else { Self::rigid(catalogue.axes.into()) }
+    /// The same with stepper axes that never lose a step, with 200 full steps a turn and an encoder. A servo is as it is.
+    pub fn rigid(catalogue: &Module) -> Self {
+        let mut machine = Self::of(catalogue);
+        machine.axes.fill(MachineAxis { plant: StepperAxis::rigid(200), ..MachineAxis::default() });
+        machine
     }
 
     /// Puts the machine on a module: its power stages.

@@ -3,7 +3,7 @@
 use allocation_counter::measure;
 use gradus_sim::console::Change;
 use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind};
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_tmcl::catalogue::{TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Reply, Request, Status};
 
 const SECOND_US: u64 = 1_000_000;
@@ -256,4 +256,22 @@ fn closed_loop_allocates_nothing() {
     assert_eq!(allocations(|| host.bench.run_for(SECOND_US)), 0, "position");
     host.all(&["SAP 50, 0, 100"]);
     assert_eq!(allocations(|| host.bench.run_for(SECOND_US)), 0, "torque");
+}
+
+#[test]
+fn servo_with_its_motor_and_a_capture_allocates_nothing() {
+    let mut bench = Bench::with_defaults(&TMCM_1617);
+    let mut link = bench.attach(LinkKind::Usb, 0);
+    let commands = ["SAP 15, 0, 2", "DATA 142, 4, 1, 42", "DATA 142, 7, 0, 0", "ROR 0, 1000"].map(|command| {
+        let instruction = Instruction::parse(command, &TMCM_1617).unwrap();
+        Request { address: 1, instruction }.emit()
+    });
+    let work = || {
+        for command in &commands {
+            bench.send(&mut link, command);
+            assert_eq!(bench.take(&mut link).map(|reply| reply[2]), Some(100));
+        }
+        bench.run_for(SECOND_US);
+    };
+    assert_eq!(allocations(work), 0);
 }

@@ -391,7 +391,7 @@ fn at_full_speed_a_minute_passes_at_once() {
 fn acknowledged_value_is_in_the_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("eeprom");
-    let bench = Bench::new(&TMCM_3351, Machine::new(3), Eeprom::open(&path, &TMCM_3351).unwrap());
+    let bench = Bench::new(&TMCM_3351, Machine::of(&TMCM_3351), Eeprom::open(&path, &TMCM_3351).unwrap());
     let served = Served::bench(bench, Speed::default(), None);
     let mut host = served.tcp();
     for value in 0..50 {
@@ -399,7 +399,7 @@ fn acknowledged_value_is_in_the_file() {
         ask(&mut host, Opcode::STGP, 7, 2, 0);
         // What a simulator would find that is started after this one is killed now.
         let cells = std::fs::read(&path).unwrap();
-        let later = Bench::new(&TMCM_3351, Machine::new(3), Eeprom::with_cells(cells));
+        let later = Bench::new(&TMCM_3351, Machine::of(&TMCM_3351), Eeprom::with_cells(cells));
         let later = Served::bench(later, Speed::default(), None);
         assert_eq!(ask(&mut later.tcp(), Opcode::GGP, 7, 2, 0), value);
     }

@@ -1,12 +1,15 @@
 //! Stall detection on a motor with physics.
 
+use gradus_sim::Machine;
+use gradus_tmcl::catalogue::TMCM_351;
+
 use crate::support::Host;
 
 /// A blocked shaft for the first motor.
 const BLOCK: &str = "block 0";
 
 fn turning(settings: &str) -> Host {
-    let mut host = Host::on(gradus_sim::Machine::new(3));
+    let mut host = Host::on(Machine::of(&TMCM_351));
     host.all("SAP 154, 0, 5; SAP 153, 0, 7; SAP 5, 0, 500");
     host.all(settings);
     host.ask("ROR 0, 800");

@@ -14,7 +14,7 @@ pub struct Host {
 impl Host {
     /// On a machine that loses no step.
     pub fn new() -> Self {
-        Self::on(Machine::rigid(3))
+        Self::on(Machine::rigid(&TMCM_351))
     }
 
     pub fn on(machine: Machine) -> Self {

@@ -156,7 +156,7 @@ impl Sim {
         }
         let (mut rig, mut endpoints) = (Rig::default(), Vec::new());
         for index in 0..count {
-            let bench = Bench::new(self.module, Machine::rigid_of(self.module), self.memory_of(index)?);
+            let bench = Bench::new(self.module, Machine::rigid(self.module), self.memory_of(index)?);
             let module = rig.add_module(&format!("{}", index + 1), bench);
             let bus = rig.add_bus(&format!("usb-{}", index + 1), BusKind::Serial(Serial::USB));
             rig.connect(module, bus);

@@ -16,7 +16,7 @@ fn endpoint_of_another_kind_of_bus_is_refused() {
 
 #[test]
 fn value_that_cannot_be_stored_is_never_acknowledged() {
-    let bench = Bench::new(&TMCM_3351, Machine::new(3), broken(200_000));
+    let bench = Bench::new(&TMCM_3351, Machine::of(&TMCM_3351), broken(200_000));
     let any_port = Endpoint::Tcp("127.0.0.1:0".parse().unwrap());
     let mut server = Server::open(bench, &[any_port], Options::default()).unwrap();
     let Endpoint::Tcp(address) = server.endpoints()[0] else { panic!("not TCP") };
