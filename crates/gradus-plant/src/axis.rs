@@ -4,8 +4,8 @@
 //! which moves in steps of 100 us when [`StepperAxis::advance`] is called. An axis whose rotor has come to rest falls
 //! asleep: it costs nothing until a new vector, or anybody, wakes it.
 //!
-//! A motor rests when it was slower than 0.02 turns an hour for 5 ms, which is longer than a period of its resonance, under a
-//! vector that stood. Its winding goes on warming or cooling; that has a closed form.
+//! A motor rests when it was slower than 1/5000 turn a second for 5 ms, which is longer than a period of its resonance, under a
+//! vector that stood. Without any friction it may never rest. Its winding goes on warming or cooling; that has a closed form.
 
 use crate::contacts::{Contacts, STEP_US};
 use crate::driver::{CoilFault, Driver, DriverSettings, DriverState};
@@ -120,7 +120,7 @@ impl StepperAxis {
 
     /// Gives the driver chip another current at full scale, in amperes RMS.
     pub fn set_full_scale(&mut self, rms_a: f64) {
-        self.driver = Driver::new(rms_a);
+        self.driver.set_full_scale(rms_a);
     }
 }
 

@@ -155,6 +155,11 @@ impl Driver {
         }
     }
 
+    /// Sets the current at full scale, in amperes RMS.
+    pub(crate) fn set_full_scale(&mut self, rms_a: f64) {
+        self.full_scale_a = rms_a * std::f64::consts::SQRT_2;
+    }
+
     /// Sets the run current, 0..=255; true if it is another one.
     #[inline]
     pub(crate) fn set_current(&mut self, current: u8) -> bool {

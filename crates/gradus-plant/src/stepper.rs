@@ -224,7 +224,9 @@ impl Stepper {
     /// The current along the rotor's magnet and across it, in amperes.
     fn steady_current(&mut self, field: Field, angle: (f64, f64)) -> [f64; 2] {
         let Gains { resistance_ohm: r, emf, reactance, .. } = self.gains;
-        let (emf, x) = (emf * self.speed, reactance * f64::from(field.turned));
+        // What flows in shorted coils has the frequency of the rotor, not that of a vector.
+        let turned = if field.drive == Drive::Shorted { self.speed } else { f64::from(field.turned) };
+        let (emf, x) = (emf * self.speed, reactance * turned);
         let (sin, cos) = angle;
         self.reading.load_angle = angle;
         let voltage = match field.drive {
@@ -265,29 +267,30 @@ impl Stepper {
         let rotor = sin_cos(self.position * (1.0 / PERIOD));
         let (sin, cos) = sin_cos(vector * (1.0 / PERIOD));
         let emf = [-self.gains.emf * self.speed * rotor.0, self.gains.emf * self.speed * rotor.1];
-        let kept = self.gains.kept;
         self.reading.load_angle = (sin * rotor.1 - cos * rotor.0, cos * rotor.1 + sin * rotor.0);
-        let voltage = match field.drive {
-            Drive::Open => {
-                self.reading.load_angle = (0.0, 1.0);
-                None
+        match field.drive {
+            Drive::Open => (self.coils, self.reading.load_angle) = ([0.0; 2], (0.0, 1.0)),
+            Drive::Shorted => self.feed([0.0; 2], emf),
+            Drive::Voltage(volts) => self.feed([volts * cos, volts * sin], emf),
+            Drive::Current(amps) => {
+                let voltage = self.voltage_for([amps * cos, amps * sin], emf, field.volts);
+                self.feed(voltage, emf);
             }
-            Drive::Shorted => Some([0.0; 2]),
-            Drive::Voltage(volts) => Some([volts * cos, volts * sin]),
-            Drive::Current(amps) => Some(self.voltage_for([amps * cos, amps * sin], emf, field.volts)),
-        };
-        self.coils = match voltage {
-            None => [0.0; 2],
-            Some(volts) => core::array::from_fn(|coil| {
-                self.coils[coil] * kept + (volts[coil] - emf[coil]) / self.gains.resistance_ohm * (1.0 - kept)
-            }),
-        };
+        }
         if let Some(coil) = field.broken {
             self.coils[coil as usize] = 0.0;
         }
         let [a, b] = self.coils;
         self.reading.current_square = a * a + b * b;
         self.turn(self.gains.torque_nm_per_a * (b * rotor.1 - a * rotor.0), rotor, field.ends);
+    }
+
+    /// The currents after a step with a voltage.
+    fn feed(&mut self, voltage: [f64; 2], emf: [f64; 2]) {
+        let Gains { resistance_ohm, kept, .. } = self.gains;
+        self.coils = core::array::from_fn(|coil| {
+            self.coils[coil] * kept + (voltage[coil] - emf[coil]) / resistance_ohm * (1.0 - kept)
+        });
     }
 
     /// The voltage that makes the currents of the next step, as far as the supply goes.
