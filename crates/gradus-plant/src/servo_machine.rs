@@ -10,12 +10,13 @@
 //! cogging, the ripple of the current in a period.
 
 use crate::encoder::NullLatch;
-use crate::hall::HallSensors;
+use crate::equations::{Constants, Motion, Step, StepEnd, turned_back};
 use crate::motors::Mechanics;
-use crate::servo_motors::{Phases, ServoMotor};
+use crate::servo_motors::Phases;
+use crate::servo_setup::ServoSetup;
 use crate::supply::{Supply, SupplyGains};
 use crate::trigonometry::sin_cos;
-use crate::{Encoder, NullEvent, Surroundings};
+use crate::{NullEvent, Surroundings};
 
 /// 1/sqrt(3) and sqrt(3)/2.
 const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
@@ -29,57 +30,6 @@ const SLOWEST: f64 = 1e-6;
 
 /// Below this current in amperes a phase takes less than the whole dead time: its ripple reverses within the period.
 const DEAD_TIME_SOFT_A: f64 = 0.05;
-
-/// Everything that a servo's connectors lead to, as data.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct ServoSetup {
-    /// The motor.
-    pub motor: ServoMotor,
-    /// What hangs on the shaft.
-    pub mechanics: Mechanics,
-    /// Hall sensors.
-    pub hall: HallSensors,
-    /// The encoder on the shaft; its count is 0 at position 0.
-    pub encoder: Encoder,
-    /// Where the magnet points at position 0, in electrical turns ahead of phase A.
-    pub magnet_turns: f64,
-    /// The supply.
-    pub supply: Supply,
-    /// The bridge.
-    pub bridge: BridgeData,
-}
-
-impl Default for ServoSetup {
-    /// A QBL4208-61 with a light load: 50 gcm^2, 1 mNm of friction.
-    fn default() -> Self {
-        let mechanics = Mechanics { inertia_kgm2: 5e-6, friction_nm: 1e-3, viscous_nms: 1e-6, load_nm: 0.0 };
-        Self {
-            motor: ServoMotor::default(),
-            mechanics,
-            hall: HallSensors::default(),
-            encoder: Encoder::default(),
-            magnet_turns: 0.0,
-            supply: Supply::default(),
-            bridge: BridgeData::default(),
-        }
-    }
-}
-
-/// Bridge of three half bridges.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct BridgeData {
-    /// Seconds in which both switches of a half bridge are off at each change.
-    pub dead_time_s: f64,
-    /// Resistance of a switch in ohms.
-    pub switch_ohm: f64,
-}
-
-impl Default for BridgeData {
-    /// 300 ns and 5 milliohms.
-    fn default() -> Self {
-        Self { dead_time_s: 3e-7, switch_ohm: 5e-3 }
-    }
-}
 
 /// What the firmware does with the bridge for a PWM period.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -109,82 +59,7 @@ pub struct Powers {
     pub load_w: f64,
 }
 
-/// What moves: currents in the frame of the rotor in amperes, speed in rad/s. Also their slopes.
-#[derive(Clone, Copy, PartialEq, Debug, Default)]
-struct Motion {
-    d_a: f64,
-    q_a: f64,
-    speed: f64,
-}
-
-impl Motion {
-    #[inline]
-    fn plus(self, slope: Self, seconds: f64) -> Self {
-        Self {
-            d_a: self.d_a + slope.d_a * seconds,
-            q_a: self.q_a + slope.q_a * seconds,
-            speed: self.speed + slope.speed * seconds,
-        }
-    }
-}
-
-/// What a step needs of the data.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Constants {
-    pole_pairs: f64,
-    /// 0 without rotation of the frame.
-    rotation: f64,
-    inductance_d_h: f64,
-    inductance_q_h: f64,
-    per_inductance_d: f64,
-    per_inductance_q: f64,
-    per_saturation_a: f64,
-    /// Back-EMF in V per rad/s of the shaft.
-    emf_vs: f64,
-    /// Torque of the currents' own flux: 1.5 pole pairs times the inductances, 0 with one phase.
-    own_flux_d: f64,
-    own_flux_q: f64,
-    torque_nm_per_a: f64,
-    per_inertia: f64,
-    /// Power of a vector, `v i` times this.
-    power: f64,
-    /// Resistance of the bridge in a phase, or in the loop with one phase.
-    bridge_ohm: f64,
-    /// Kelvin of winding and driver for each square ampere.
-    winding_k_per_a2: f64,
-    driver_k_per_a2: f64,
-}
-
-impl Constants {
-    fn new(setup: &ServoSetup) -> Self {
-        let motor = &setup.motor;
-        let three = motor.phases == Phases::Three;
-        let pole_pairs = f64::from(motor.pole_pairs);
-        let power = if three { 1.5 } else { 1.0 };
-        let own_flux = if three { 1.5 * pole_pairs } else { 0.0 };
-        let bridge_ohm = setup.bridge.switch_ohm * if three { 1.0 } else { 2.0 };
-        Self {
-            pole_pairs,
-            rotation: if three { pole_pairs } else { 0.0 },
-            inductance_d_h: motor.inductance_d_h,
-            inductance_q_h: motor.inductance_q_h,
-            per_inductance_d: 1.0 / motor.inductance_d_h,
-            per_inductance_q: 1.0 / motor.inductance_q_h,
-            per_saturation_a: motor.saturation_a.map_or(0.0, |current| 1.0 / current),
-            emf_vs: if three { motor.torque_nm_per_a / 1.5 } else { motor.torque_nm_per_a },
-            own_flux_d: own_flux * motor.inductance_d_h,
-            own_flux_q: own_flux * motor.inductance_q_h,
-            torque_nm_per_a: motor.torque_nm_per_a,
-            per_inertia: 1.0 / (motor.inertia_kgm2 + setup.mechanics.inertia_kgm2),
-            power,
-            bridge_ohm,
-            winding_k_per_a2: WINDING_RISE_K / (motor.rated_current_a * motor.rated_current_a),
-            driver_k_per_a2: DRIVER_K_PER_W * power * bridge_ohm,
-        }
-    }
-}
-
-/// The same of the length of a step.
+/// What a step needs of the data and its length, beside the [`Constants`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Period {
     seconds: f64,
@@ -194,49 +69,24 @@ struct Period {
     /// Shares of the difference to their final temperatures that winding and driver take.
     winding: f64,
     driver: f64,
+    /// Kelvin of winding and driver for each square ampere.
+    winding_k_per_a2: f64,
+    driver_k_per_a2: f64,
 }
 
 impl Period {
-    fn new(setup: &ServoSetup, seconds: f64) -> Self {
+    fn new(setup: &ServoSetup, constants: &Constants, seconds: f64) -> Self {
+        let rated_a = setup.motor.rated_current_a;
         Self {
             seconds,
             dead_time: setup.bridge.dead_time_s / seconds,
             supply: setup.supply.gains(seconds),
             winding: seconds / WINDING_S,
             driver: seconds / DRIVER_S,
+            winding_k_per_a2: WINDING_RISE_K / (rated_a * rated_a),
+            driver_k_per_a2: DRIVER_K_PER_W * constants.power * constants.bridge_ohm,
         }
     }
-}
-
-/// What stays in a step. Slopes are per second: of currents in A, for a volt or an ampere.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct Step {
-    /// Voltage in the frame of the rotor at the begin of the step.
-    volts: [f64; 2],
-    /// Slopes for a volt, for the resistance, for the other axis' current at 1 rad/s, for the back-EMF at 1 rad/s. All
-    /// are 0 where no current can flow.
-    volt_d: f64,
-    volt_q: f64,
-    ohm_d: f64,
-    ohm_q: f64,
-    cross_d: f64,
-    cross_q: f64,
-    emf_q: f64,
-    viscous_nms: f64,
-    /// Load and Coulomb friction, against the positive direction.
-    against_nm: f64,
-    /// 1 / inertia, 0 while friction holds the shaft.
-    per_inertia: f64,
-}
-
-/// What a step has come to.
-#[derive(Clone, Copy, PartialEq, Debug)]
-struct StepEnd {
-    motion: Motion,
-    /// Way of the shaft in radians.
-    turned: f64,
-    /// The voltage in the middle of the step, in the frame of the rotor there.
-    mean_volts: [f64; 2],
 }
 
 /// A servo motor with everything that the module's connectors lead to.
@@ -264,9 +114,10 @@ pub struct ServoMachine {
 impl ServoMachine {
     /// A machine at rest at position 0, with everything at 25 degC.
     pub fn new(setup: ServoSetup) -> Self {
+        let constants = Constants::new(&setup);
         let mut machine = Self {
-            constants: Constants::new(&setup),
-            period: Period::new(&setup, 4e-5),
+            constants,
+            period: Period::new(&setup, &constants, 4e-5),
             motion: Motion::default(),
             position: 0.0,
             angle: [1.0, 0.0],
@@ -289,7 +140,7 @@ impl ServoMachine {
     #[inline]
     pub fn step(&mut self, seconds: f64, bridge: Bridge) {
         if seconds != self.period.seconds {
-            self.period = Period::new(&self.setup, seconds);
+            self.period = Period::new(&self.setup, &self.constants, seconds);
         }
         self.bridge = bridge;
         let volts = match bridge {
@@ -299,8 +150,8 @@ impl ServoMachine {
         let step = self.forces(volts);
         let before = self.motion;
         let mut after = match self.setup.motor.saturation_a {
-            None => self.runge_kutta::<false>(&step),
-            Some(_) => self.runge_kutta::<true>(&step),
+            None => self.constants.runge_kutta::<false>(&step, before, seconds),
+            Some(_) => self.constants.runge_kutta::<true>(&step, before, seconds),
         };
         if before.speed * after.motion.speed < 0.0 {
             // Friction may hold the shaft from here on: the next step decides.
@@ -394,72 +245,6 @@ impl ServoMachine {
         let push_nm = self.torque_nm() - load_nm;
         (friction_nm.copysign(push_nm), self.blocked || push_nm.abs() <= friction_nm)
     }
-
-    /// A step of the classical method. The angle, which turns the voltage away, is that of a constant acceleration: in
-    /// a period the difference is a part in 10^6 of a radian.
-    #[inline]
-    fn runge_kutta<const SATURATES: bool>(&self, step: &Step) -> StepEnd {
-        let (begin, whole) = (self.motion, self.period.seconds);
-        let half = 0.5 * whole;
-        let first = self.slope::<SATURATES>(step, step.volts, begin);
-        let turned_after =
-            |seconds: f64| self.constants.rotation * seconds * (begin.speed + 0.5 * seconds * first.speed);
-        let half_volts = turned_back(step.volts, turned_after(half));
-        let end_volts = turned_back(step.volts, turned_after(whole));
-        let at_second = begin.plus(first, half);
-        let second = self.slope::<SATURATES>(step, half_volts, at_second);
-        let at_third = begin.plus(second, half);
-        let third = self.slope::<SATURATES>(step, half_volts, at_third);
-        let at_fourth = begin.plus(third, whole);
-        let fourth = self.slope::<SATURATES>(step, end_volts, at_fourth);
-        let sixth = whole * (1.0 / 6.0);
-        let slopes = first.plus(fourth, 1.0).plus(second.plus(third, 1.0), 2.0);
-        let speeds = begin.speed + at_fourth.speed + 2.0 * (at_second.speed + at_third.speed);
-        StepEnd { motion: begin.plus(slopes, sixth), turned: speeds * sixth, mean_volts: half_volts }
-    }
-
-    /// The equations of the motor.
-    #[inline]
-    fn slope<const SATURATES: bool>(&self, step: &Step, [volts_d, volts_q]: [f64; 2], now: Motion) -> Motion {
-        let Motion { d_a, q_a, speed } = now;
-        let (flux_d, steeper_d) = self.saturated::<SATURATES>(d_a);
-        let (flux_q, steeper_q) = self.saturated::<SATURATES>(q_a);
-        let torque_nm = self.constants.torque(now, flux_d, flux_q);
-        Motion {
-            d_a: (volts_d * step.volt_d + speed * flux_q * step.cross_d - d_a * step.ohm_d) * steeper_d,
-            q_a: (volts_q * step.volt_q - speed * (flux_d * step.cross_q + step.emf_q) - q_a * step.ohm_q) * steeper_q,
-            speed: (torque_nm - (step.against_nm + step.viscous_nms * speed)) * step.per_inertia,
-        }
-    }
-
-    /// The current that would have the same flux without saturation, and how much faster the current changes with it.
-    #[inline]
-    fn saturated<const SATURATES: bool>(&self, current_a: f64) -> (f64, f64) {
-        if !SATURATES {
-            return (current_a, 1.0);
-        }
-        let beyond = 1.0 + current_a.abs() * self.constants.per_saturation_a;
-        (current_a / beyond, beyond * beyond)
-    }
-}
-
-impl Constants {
-    /// Torque in Nm; `flux_d` and `flux_q` are the currents that stand for the flux.
-    #[inline]
-    fn torque(&self, now: Motion, flux_d: f64, flux_q: f64) -> f64 {
-        let own_nm = self.own_flux_d * flux_d * now.q_a - self.own_flux_q * flux_q * now.d_a;
-        self.torque_nm_per_a * now.q_a + own_nm
-    }
-}
-
-/// A vector in a frame that has turned on by a small angle: the series up to the fifth power, 1e-8 at a third of a
-/// radian.
-#[inline]
-fn turned_back([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
-    let square = angle * angle;
-    let sin = angle * (1.0 - square * (1.0 / 6.0 - square * (1.0 / 120.0)));
-    let cos = 1.0 - square * (0.5 - square * (1.0 / 24.0 - square * (1.0 / 720.0)));
-    [x * cos + y * sin, y * cos - x * sin]
 }
 
 /// Share of the dead time that a phase loses with this current, from -1 to 1.
@@ -487,8 +272,8 @@ impl ServoMachine {
     #[inline]
     fn warm_up(&mut self, now: Motion) {
         let square = now.d_a * now.d_a + now.q_a * now.q_a;
-        let winding_c = self.ambient_c + self.constants.winding_k_per_a2 * square;
-        let driver_c = self.ambient_c + self.constants.driver_k_per_a2 * square;
+        let winding_c = self.ambient_c + self.period.winding_k_per_a2 * square;
+        let driver_c = self.ambient_c + self.period.driver_k_per_a2 * square;
         self.winding_c += (winding_c - self.winding_c) * self.period.winding;
         self.driver_c += (driver_c - self.driver_c) * self.period.driver;
     }
@@ -567,7 +352,7 @@ impl ServoMachine {
     /// Changes the data. What moves, moves on.
     pub fn set_up(&mut self, setup: ServoSetup) {
         self.constants = Constants::new(&setup);
-        self.period = Period::new(&setup, self.period.seconds);
+        self.period = Period::new(&setup, &self.constants, self.period.seconds);
         self.setup = setup;
     }
 
@@ -592,12 +377,12 @@ impl ServoMachine {
     /// Voltage of the source and temperature around.
     pub fn surround(&mut self, surroundings: Surroundings) {
         self.setup.supply.source_v = surroundings.supply_v;
-        self.period = Period::new(&self.setup, self.period.seconds);
+        self.period = Period::new(&self.setup, &self.constants, self.period.seconds);
         self.ambient_c = surroundings.temperature_c;
     }
 
-    /// True if nothing would change with the bridge open: no current, no motion, friction bears the load, the supply is at its
-    /// voltage and the bridge as warm as its surroundings, by a kelvin. The winding may still be warmer.
+    /// True if nothing would change with the bridge open: no current, no motion, friction bears the load, the supply is
+    /// at its voltage and the bridge as warm as its surroundings, by a kelvin. The winding may still be warmer.
     pub fn is_at_rest(&self) -> bool {
         let Motion { d_a, q_a, speed, .. } = self.motion;
         let mechanics = &self.setup.mechanics;
@@ -655,9 +440,7 @@ impl ServoMachine {
 
     /// Torque of the motor in Nm, before friction.
     pub fn torque_nm(&self) -> f64 {
-        let (flux_d, _) = self.saturated::<true>(self.motion.d_a);
-        let (flux_q, _) = self.saturated::<true>(self.motion.q_a);
-        self.constants.torque(self.motion, flux_d, flux_q)
+        self.constants.torque(self.motion)
     }
 
     /// Where power goes now.

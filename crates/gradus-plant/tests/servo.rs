@@ -4,7 +4,10 @@ mod rig;
 
 use std::fmt::Write;
 
-use gradus_motion::foc::{Commutation, Dq, EncoderInitMode, EncoderSettings, HallSettings, PiSettings, ServoSettings};
+use gradus_motion::foc::{
+    Commutation, Dq, EncoderInitMode, EncoderSettings, HallSettings, InitState, PiSettings, Sensor, ServoSettings,
+    VelocityUnit,
+};
 use gradus_plant::{HallSensors, Mechanics, Phases, SERVO_MOTORS, ServoMotor, ServoSetup};
 use rig::{Bandwidth, RECOMMENDED, Rig, default_rig, recommended};
 
@@ -98,6 +101,16 @@ fn encoder_is_initialised_from_any_rotor_angle() {
 }
 
 #[test]
+fn initialisation_goes_through_its_states() {
+    let setup = ServoSetup::default();
+    let mut rig = Rig::new(ServoSettings { commutation: Commutation::Encoder, ..ServoSettings::default() }, setup);
+    let mut states = vec![rig.servo.init_state()];
+    rig.run(1.01, |rig| states.push(rig.servo.init_state()));
+    states.dedup();
+    assert_eq!(states, [InitState::Idle, InitState::Start, InitState::Wait, InitState::Estimate, InitState::Idle]);
+}
+
+#[test]
 fn default_gains_initialise_the_encoder_of_every_motor() {
     for (name, motor) in SERVO_MOTORS.iter().filter(|(_, motor)| motor.phases == Phases::Three) {
         let mechanics = Mechanics { friction_nm: 5e-4, ..ServoSetup::default().mechanics };
@@ -150,6 +163,36 @@ fn hall_commutation_starts_from_any_sector() {
             }
         }
     }
+}
+
+#[test]
+fn hall_sensors_commutate_while_the_encoder_regulates() {
+    let setup = ServoSetup { magnet_turns: 0.6, ..ServoSetup::default() };
+    let settings = ServoSettings {
+        commutation: Commutation::Hall,
+        position_sensor: Sensor::Encoder,
+        velocity_sensor: Sensor::Encoder,
+        ..recommended(&setup, &RECOMMENDED)
+    };
+    let mut rig = Rig::new(settings, setup);
+    rig.servo.move_to(131_072);
+    rig.run(1.5, |_| ());
+    let turns = rig.machine.position_turns();
+    assert!((turns - 2.0).abs() < 50.0 / 65_536.0, "{turns}");
+}
+
+#[test]
+fn electrical_velocities_are_as_many_times_the_mechanical_ones_as_there_are_pole_pairs() {
+    let setup = ServoSetup::default();
+    let velocity_unit = VelocityUnit::Electrical;
+    let velocity = PiSettings { p: 365, i: 950 };
+    let settings = ServoSettings { velocity_unit, velocity, ..recommended(&setup, &RECOMMENDED) };
+    let mut rig = Rig::on_encoder(settings, setup);
+    rig.servo.turn(4_000);
+    rig.run(1.5, |_| ());
+    let rpm = rig.machine.velocity_rpm();
+    assert!((rpm - 1_000.0).abs() < 10.0, "{rpm}");
+    assert!((rig.servo.mean_velocity_rpm() - 4_000).abs() < 100);
 }
 
 #[test]

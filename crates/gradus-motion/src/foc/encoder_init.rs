@@ -1,6 +1,10 @@
 //! Finding the rotor's angle with an encoder that only counts.
 
-use super::settings::EncoderGains;
+use super::commutation::Sensors;
+use super::current_loop::CurrentLoop;
+use super::modulation::Duties;
+use super::settings::{EncoderGains, EncoderInitMode, ServoGains};
+use super::vector::Dq;
 
 /// State of the initialisation (TMCM-1617 manual, axis parameter 103; the numbers are those of the parameter).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -13,8 +17,78 @@ pub enum InitState {
     Start = 1,
     /// The rotor settles; with hall sensors: waits for one of them to change.
     Wait = 2,
-    /// The offset is being taken.
+    /// The rotor has settled; the offset is taken at the end.
     Estimate = 3,
+}
+
+/// How far the initialisation is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum EncoderInit {
+    Needed,
+    Aligning(Alignment),
+    /// On hall sensors, since this sector.
+    Turning(Option<u8>),
+    Done,
+}
+
+impl EncoderInit {
+    /// Goes on by a cycle: the duties of an alignment, `None` when the motor runs.
+    #[inline]
+    pub(crate) fn cycle(
+        &mut self,
+        gains: &ServoGains,
+        sensors: &mut Sensors,
+        current: &mut CurrentLoop,
+        phases_ma: [i32; 2],
+    ) -> Option<Duties> {
+        if matches!(self, Self::Needed) {
+            *self = match gains.encoder.init_mode {
+                EncoderInitMode::Estimate => Self::Aligning(Alignment::new()),
+                EncoderInitMode::Hall => Self::Turning(sensors.hall.sector()),
+            };
+        }
+        match self {
+            Self::Needed | Self::Done => None,
+            Self::Turning(since) => {
+                let since = *since;
+                self.look_for_edge(since, gains, sensors);
+                None
+            }
+            Self::Aligning(alignment) => {
+                let duties = alignment.duties(gains, current, phases_ma);
+                if duties.is_none() {
+                    sensors.set_encoder_angle(gains.pole_pairs, 0);
+                    *current = CurrentLoop::default();
+                    *self = Self::Done;
+                }
+                duties
+            }
+        }
+    }
+
+    /// Where a hall sensor changes, the rotor's angle is known.
+    fn look_for_edge(&mut self, since: Option<u8>, gains: &ServoGains, sensors: &mut Sensors) {
+        let now = sensors.hall.sector();
+        if since.is_none() {
+            *self = Self::Turning(now);
+        } else if now != since {
+            sensors.set_encoder_angle(gains.pole_pairs, sensors.hall.edge_angle_q16(&gains.hall));
+            *self = Self::Done;
+        }
+    }
+
+    pub(crate) fn state(&self, gains: &EncoderGains) -> InitState {
+        match self {
+            Self::Needed | Self::Done => InitState::Idle,
+            Self::Aligning(alignment) => alignment.state(gains),
+            Self::Turning(Some(_)) => InitState::Wait,
+            Self::Turning(None) => InitState::Start,
+        }
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        matches!(self, Self::Done)
+    }
 }
 
 /// An alignment of the rotor: what the field does in each cycle.
@@ -24,7 +98,8 @@ pub enum InitState {
 /// 1. the flux regulator brings the open-loop current to flow a quarter turn ahead; the rotor may swing,
 /// 2. the mean of the voltage that it has found is held (a constant voltage brakes a swinging rotor, a constant current
 ///    does not), and the field turns to zero,
-/// 3. and 4. the rotor settles.
+/// 3. the rotor settles,
+/// 4. stands, and at the end of that its angle is taken for zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Alignment {
     elapsed: u32,
@@ -38,7 +113,7 @@ pub(crate) struct Alignment {
 
 /// What an alignment wants in a cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Pull {
+enum Pull {
     /// Regulates the current along this angle.
     Current(i16),
     /// Holds a voltage along this angle.
@@ -51,12 +126,26 @@ pub(crate) enum Pull {
 const AHEAD_Q32: u32 = 1 << 30;
 
 impl Alignment {
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self { elapsed: 0, angle_q32: AHEAD_Q32, voltages: 0, heard: 0, voltage: 0 }
     }
 
+    /// The duties of a cycle, `None` when the rotor is at zero.
+    fn duties(&mut self, gains: &ServoGains, current: &mut CurrentLoop, phases_ma: [i32; 2]) -> Option<Duties> {
+        match self.cycle(&gains.encoder) {
+            Pull::Current(angle) => {
+                let target_ma = Dq { d: gains.open_loop_current_ma, q: 0 };
+                let duties = current.cycle(&gains.current, angle, phases_ma, target_ma);
+                self.hear(&gains.encoder, current.voltage().d);
+                Some(duties)
+            }
+            Pull::Voltage(angle, voltage) => Some(current.apply(angle, phases_ma, Dq { d: voltage, q: 0 })),
+            Pull::Done => None,
+        }
+    }
+
     #[inline]
-    pub(crate) fn cycle(&mut self, gains: &EncoderGains) -> Pull {
+    fn cycle(&mut self, gains: &EncoderGains) -> Pull {
         self.elapsed += 1;
         if self.builds_up(gains) {
             return Pull::Current((self.angle_q32 >> 16) as i16);
@@ -74,15 +163,23 @@ impl Alignment {
 
     /// Hears the voltage that the current of this cycle needs.
     #[inline]
-    pub(crate) fn hear(&mut self, gains: &EncoderGains, voltage: i32) {
+    fn hear(&mut self, gains: &EncoderGains, voltage: i32) {
         if self.elapsed > gains.quarter_cycles / 2 {
             self.voltages += i64::from(voltage);
             self.heard += 1;
         }
     }
 
+    fn state(&self, gains: &EncoderGains) -> InitState {
+        match self.elapsed {
+            _ if self.builds_up(gains) => InitState::Start,
+            elapsed if elapsed <= 3 * gains.quarter_cycles => InitState::Wait,
+            _ => InitState::Estimate,
+        }
+    }
+
     /// True while the field still stands a quarter turn ahead.
-    pub(crate) fn builds_up(&self, gains: &EncoderGains) -> bool {
+    fn builds_up(&self, gains: &EncoderGains) -> bool {
         self.elapsed <= gains.quarter_cycles
     }
 }
@@ -108,6 +205,6 @@ mod tests {
         assert_eq!((pulls[0], pulls[6_249]), (Pull::Current(0x4000), Pull::Current(0x4000)));
         assert_eq!(pulls[9_374], Pull::Voltage(0x2000, 550));
         assert_eq!((pulls[12_500], pulls[24_999]), (Pull::Voltage(0, 550), Pull::Voltage(0, 550)));
-        assert_eq!(alignment.cycle(&gains), Pull::Done);
+        assert_eq!((alignment.state(&gains), alignment.cycle(&gains)), (InitState::Estimate, Pull::Done));
     }
 }

@@ -2,12 +2,12 @@
 
 use super::commutation::Sensors;
 use super::current_loop::{CurrentLoop, MotorKind};
-use super::encoder_init::{Alignment, InitState, Pull};
+use super::encoder_init::{EncoderInit, InitState};
 use super::filter::Pt1;
 use super::modulation::Duties;
 use super::pi::Pi;
 use super::ramp::ServoRamp;
-use super::settings::{Commutation, EncoderInitMode, ServoGains};
+use super::settings::{Commutation, ServoGains};
 use super::vector::Dq;
 use super::within;
 
@@ -56,7 +56,7 @@ pub struct Servo {
     sensors: Sensors,
     /// Position of the sensor that is position 0.
     position_offset: i32,
-    init: Init,
+    init: EncoderInit,
     current: CurrentLoop,
     velocity: Pi,
     ramp: ServoRamp,
@@ -71,16 +71,6 @@ pub struct Servo {
     mean_flux: Pt1,
 }
 
-/// Initialisation of the encoder.
-#[derive(Clone, Copy, Debug)]
-enum Init {
-    Needed,
-    Aligning(Alignment),
-    /// On hall sensors, since this sector.
-    Turning(Option<u8>),
-    Done,
-}
-
 impl Servo {
     /// A servo at rest at position 0, in current mode with no current.
     pub fn new(gains: ServoGains) -> Self {
@@ -92,7 +82,7 @@ impl Servo {
             target_position: 0,
             sensors: Sensors::default(),
             position_offset: 0,
-            init: Init::Needed,
+            init: EncoderInit::Needed,
             current: CurrentLoop::default(),
             velocity: Pi::default(),
             ramp: ServoRamp::default(),
@@ -114,7 +104,7 @@ impl Servo {
             && gains.encoder.inverted == self.gains.encoder.inverted
             && gains.pole_pairs == self.gains.pole_pairs;
         if !same_encoder {
-            self.init = Init::Needed;
+            self.init = EncoderInit::Needed;
         }
         self.gains = gains;
         self.position_offset = self.sensor_position().wrapping_sub(self.position);
@@ -172,7 +162,7 @@ impl Servo {
     #[inline]
     fn commutation_angle(&self) -> i16 {
         match self.init {
-            Init::Turning(_) => self.sensors.hall.angle_q16(&self.gains.hall),
+            EncoderInit::Turning(_) => self.sensors.hall.angle_q16(&self.gains.hall),
             _ => self.sensors.angle_q16(&self.gains).unwrap_or(0),
         }
     }
@@ -267,82 +257,28 @@ impl Servo {
     /// The duties of an alignment, `None` when the motor can run.
     #[inline]
     fn initialise(&mut self, feedback: &Feedback) -> Option<Duties> {
-        if self.gains.commutation != Commutation::Encoder || self.gains.motor != MotorKind::ThreePhase {
+        let needs_angle = self.gains.commutation == Commutation::Encoder && self.gains.motor == MotorKind::ThreePhase;
+        if !needs_angle || self.init.is_done() {
             return None;
         }
-        match self.init {
-            Init::Done => None,
-            Init::Needed => {
-                self.begin_init();
-                self.initialise(feedback)
-            }
-            Init::Aligning(alignment) => self.align(alignment, feedback),
-            Init::Turning(since) => {
-                self.look_for_edge(since);
-                None
-            }
-        }
-    }
-
-    fn begin_init(&mut self) {
-        self.init = match self.gains.encoder.init_mode {
-            EncoderInitMode::Estimate => Init::Aligning(Alignment::new()),
-            EncoderInitMode::Hall => Init::Turning(self.sensors.hall.sector()),
-        };
-    }
-
-    fn align(&mut self, mut alignment: Alignment, feedback: &Feedback) -> Option<Duties> {
+        let duties = self.init.cycle(&self.gains, &mut self.sensors, &mut self.current, feedback.phases_ma)?;
         self.tick_millisecond(Mode::Current);
-        let (phases_ma, gains) = (feedback.phases_ma, self.gains.encoder);
-        let duties = match alignment.cycle(&gains) {
-            Pull::Current(angle) => {
-                let target_ma = Dq { d: self.gains.open_loop_current_ma, q: 0 };
-                let duties = self.current.cycle(&self.gains.current, angle, phases_ma, target_ma);
-                alignment.hear(&gains, self.current.voltage().d);
-                duties
-            }
-            Pull::Voltage(angle, voltage) => self.current.apply(angle, phases_ma, Dq { d: voltage, q: 0 }),
-            Pull::Done => {
-                self.sensors.set_encoder_angle(self.gains.pole_pairs, 0);
-                self.current = CurrentLoop::default();
-                self.init = Init::Done;
-                return None;
-            }
-        };
-        self.init = Init::Aligning(alignment);
         Some(duties)
-    }
-
-    /// Where a hall sensor changes, the rotor's angle is known.
-    fn look_for_edge(&mut self, since: Option<u8>) {
-        let now = self.sensors.hall.sector();
-        if since.is_none() {
-            self.init = Init::Turning(now);
-        } else if now != since {
-            let angle = self.sensors.hall.edge_angle_q16(&self.gains.hall);
-            self.sensors.set_encoder_angle(self.gains.pole_pairs, angle);
-            self.init = Init::Done;
-        }
     }
 
     /// Finds the encoder's offset again, from the next cycle on.
     pub fn initialise_encoder(&mut self) {
-        self.init = Init::Needed;
+        self.init = EncoderInit::Needed;
     }
 
     /// State of the initialisation (103).
     pub fn init_state(&self) -> InitState {
-        match self.init {
-            Init::Needed | Init::Done => InitState::Idle,
-            Init::Aligning(alignment) if alignment.builds_up(&self.gains.encoder) => InitState::Start,
-            Init::Aligning(_) | Init::Turning(Some(_)) => InitState::Wait,
-            Init::Turning(None) => InitState::Start,
-        }
+        self.init.state(&self.gains.encoder)
     }
 
     /// True when the encoder's offset is known.
     pub fn encoder_is_initialised(&self) -> bool {
-        matches!(self.init, Init::Done)
+        self.init.is_done()
     }
 }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::{BridgeData, Encoder, ServoMotor};
 
 const PERIOD_S: f64 = 4e-5;
 
