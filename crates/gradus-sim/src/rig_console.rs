@@ -1,6 +1,6 @@
 //! The console of a rig: lines for its modules and its buses.
 //!
-//! `x-axis: switch 0 left 1` is a line of the [`console`](crate::console) for the module of that name, `segment: cut 1` one for a
+//! `x-axis: switch 0 left 1` is a line of the [`console`] for the module of that name, `segment: cut 1` one for a
 //! bus. The name may be left out where there is only one module, or one bus.
 
 use crate::console::{self, ConsoleError};
