@@ -13,14 +13,14 @@ pub struct StepResponse {
     pub settling: Option<Duration>,
 }
 
-/// Share of the way around the end in which a step has settled.
-const BAND: f64 = 0.05;
+/// Share of the way around the end in which a step has settled; its edge belongs to it, whatever the rounding.
+const BAND: f64 = 0.05 + 1e-9;
 
 impl StepResponse {
     /// Judges samples that begin with the step, `period` apart. The way is from `from` to `to`; without a way nothing
     /// can be said, and nothing rises.
     pub fn of(samples: &[f64], period: Duration, from: f64, to: f64) -> Self {
-        let share = |sample: &f64| (sample - from) / (to - from);
+        let share = |sample: &f64| if from == to { 0.0 } else { (sample - from) / (to - from) };
         let after = |index: usize| period * index as u32;
         let reaches = |level: f64| samples.iter().position(|sample| share(sample) >= level).map(after);
         let highest = samples.iter().map(share).fold(0.0, f64::max);
