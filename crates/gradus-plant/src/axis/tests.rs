@@ -69,3 +69,85 @@ fn turns_become_microsteps() {
     assert_eq!([0.5, -2.0, 1e-6].map(|turns| StepperAxis::rigid(200).microsteps(turns)), [25_600, -102_400, 0]);
     assert_eq!(StepperAxis::rigid(400).microsteps_per_turn(), 102_400);
 }
+
+/// Levels of the left switch in steps of 100 us after a rigid carriage has come upon it at once.
+fn levels_after_the_edge(bounce_us: u32, steps: u64) -> Vec<bool> {
+    let mut axis = StepperAxis::rigid(200);
+    axis.travel.left = Some(Vane::below(-100));
+    axis.travel.bounce_us[Switch::Left as usize] = bounce_us;
+    axis.place(0);
+    axis.set_coils(0, 9);
+    axis.advance(STEP_US, &Surroundings::default());
+    axis.set_coils(-200, 9);
+    let level = |step| {
+        axis.advance((step + 2) * STEP_US, &Surroundings::default());
+        axis.switch(Switch::Left)
+    };
+    (0..steps).map(level).collect()
+}
+
+#[test]
+fn contact_bounces_for_its_time_and_no_longer() {
+    let levels = levels_after_the_edge(2_000, 100);
+    assert!(levels[..20].contains(&false) && levels[..20].contains(&true), "{levels:?}");
+    assert!(levels[20..].iter().all(|level| *level), "{levels:?}");
+    assert_eq!(levels, levels_after_the_edge(2_000, 100), "the same each time");
+    assert!(levels_after_the_edge(0, 10).iter().all(|level| *level));
+}
+
+#[test]
+fn rigid_axis_has_steps_only_for_contacts_that_bounce() {
+    let mut axis = StepperAxis::rigid(200);
+    assert!(!axis.lives());
+    axis.travel.bounce_us[0] = 100;
+    axis.set_coils(10, 9);
+    assert!(axis.lives() && axis.is_awake());
+    let steps = (1..1_000).take_while(|step| {
+        axis.advance(step * STEP_US, &Surroundings::default());
+        axis.is_awake()
+    });
+    assert!(steps.count() < 100);
+}
+
+#[test]
+fn end_stop_and_block_hold_a_rigid_rotor_and_the_vector_goes_on() {
+    let mut axis = axis_after(&[(0, 9)]);
+    axis.travel.ends = [None, Some(5_000)];
+    // Behind the stop the rotor follows the vector in its next period, as that of a motor.
+    let positions = [4_900, 5_100, 5_600, 5_700, 0].map(|phase| {
+        axis.set_coils(phase, 9);
+        axis.position()
+    });
+    assert_eq!(positions, [4_900, 5_000, 4_576, 4_676, -1_024]);
+    axis.block(true);
+    axis.set_coils(700, 9);
+    assert_eq!(axis.position(), -1_024);
+    axis.block(false);
+    axis.set_coils(800, 9);
+    assert_eq!(axis.position(), -1_024 - 224, "the nearest place with that angle");
+}
+
+#[test]
+fn cut_encoder_loses_counts_and_sees_no_index() {
+    let mut axis = axis_after(&[(0, 9)]);
+    axis.encoder = Some(Encoder { index: Some(100), ..Encoder::default() });
+    axis.watch_null(Some(NullEvent { n: true, ab: None }));
+    axis.cut_encoder(true);
+    axis.set_coils(12_800, 9);
+    assert_eq!((axis.encoder_count(), axis.take_null()), (0, None));
+    axis.cut_encoder(false);
+    assert_eq!((axis.encoder_count(), axis.take_null()), (0, None));
+    axis.set_coils(12_800 + 51_200, 9);
+    assert_eq!((axis.encoder_count(), axis.take_null()), (4_096, Some(4_096 + 100 - 1_024)));
+}
+
+#[test]
+fn driver_that_is_too_hot_lets_a_rigid_rotor_go() {
+    let mut axis = axis_after(&[(0, 9)]);
+    let positions = [(Some(160.0), 300), (Some(130.0), 600), (None, 900)].map(|(heat, phase)| {
+        axis.heat(heat);
+        axis.set_coils(phase, 9);
+        axis.position()
+    });
+    assert_eq!(positions, [0, 0, -124]);
+}
