@@ -199,3 +199,18 @@ fn recovery_from_an_overload_by_gain_and_inertia() {
      30000  2000 gcm2    5663  512   309
     ");
 }
+
+#[test]
+fn motor_stands_when_the_line_of_its_encoder_is_cut() {
+    for (settings, flags) in [("SAP 212, 0, 0", 0), ("SAP 212, 0, 1000", 2)] {
+        let mut host = closed(settings);
+        host.tell("SAP 4, 0, 100000; MVP ABS, 0, 100000");
+        host.bench.run_for(600 * MS_US);
+        plant(&mut host.bench).cut_encoder(true);
+        let cut_at = plant(&mut host.bench).position();
+        host.bench.run_for(SECOND_US);
+        let way = plant(&mut host.bench).position() - cut_at;
+        assert!(way.abs() <= 512, "{settings}: {way} microsteps further");
+        assert_eq!([Ap::PositionReached, Ap::ExtendedErrorFlags].map(|id| host.get(id)), [0, flags], "{settings}");
+    }
+}
