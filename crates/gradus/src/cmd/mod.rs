@@ -18,6 +18,7 @@ mod sim;
 mod stats;
 mod trace;
 mod tune;
+mod units;
 
 use std::io::Write;
 
@@ -39,6 +40,7 @@ pub enum Command {
     Trace(trace::Trace),
     Replay(replay::Replay),
     Stats(stats::Stats),
+    Units(units::Units),
     Tune(tune::Tune),
     Completions(completions::Completions),
     Man(man::Man),
@@ -66,6 +68,7 @@ impl Command {
             Self::Trace(trace) => trace.run(out),
             Self::Replay(replay) => replay.run(out),
             Self::Stats(stats) => stats.run(out),
+            Self::Units(units) => units.run(out),
             Self::Tune(tune) => tune.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),
