@@ -3,6 +3,7 @@
 mod commands;
 mod modes;
 mod parameters;
+mod properties;
 mod protection;
 mod support;
 mod ticks;

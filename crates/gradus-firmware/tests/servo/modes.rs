@@ -168,3 +168,18 @@ fn switches_have_a_polarity_and_must_be_enabled() {
         assert_eq!([211, 212, 213].map(|number| bench.get(number)), active, "{enable} {polarity} {inputs:#b}");
     }
 }
+
+#[test]
+fn regression_target_half_the_positions_away_and_a_counter_that_jumps() {
+    // Both overflowed the arithmetic of the ramp and of the velocity.
+    let mut bench = Bench::set_up("SAP 15, 0, 2; MVP ABS, 0, -2147483648");
+    bench.advance_ms(10);
+    assert!(bench.has_flags(POSITION));
+    let mut bench = Bench::set_up("SAP 26, 0, 1; SAP 27, 0, 1; SAP 10, 0, 255; SAP 110, 0, 100000");
+    for encoder in [i32::MAX, i32::MIN, 0, 1_500_000_000] {
+        bench.drive().encoder = encoder;
+        bench.advance_ms(1);
+    }
+    bench.advance_ms(300);
+    assert_eq!(bench.get(42), 0, "it stands");
+}

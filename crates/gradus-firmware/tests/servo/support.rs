@@ -3,7 +3,7 @@
 use gradus_firmware::{
     Bridge, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo, Store, Supply, store_size,
 };
-use gradus_tmcl::catalogue::TMCM_1617;
+use gradus_tmcl::catalogue::{Ap, TMCM_1617};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request};
 
 /// A power stage with a motor that turns as the test wants.
@@ -269,6 +269,11 @@ impl Bench {
 
     pub fn set(&mut self, number: u8, value: i32) {
         self.ask(&format!("SAP {number}, 0, {value}"));
+    }
+
+    /// An axis parameter, read without a datagram.
+    pub fn peek(&mut self, id: Ap) -> i32 {
+        self.module.get_axis(0, id).expect("no such parameter")
     }
 
     /// True if all these flags of axis parameter 156 are set.

@@ -62,7 +62,7 @@ impl ServoRamp {
         }
         // A millisecond is 65536 / 60000 position steps a rpm.
         let way_q32 = self.velocity_q32 * 2_048 / (1_875 * gains.units_per_rpm).max(1);
-        let arrives = way_q32.abs() >= distance_q32.abs() && way_q32.signum() == direction;
+        let arrives = way_q32.unsigned_abs() >= distance_q32.unsigned_abs() && way_q32.signum() == direction;
         if arrives {
             *self = Self { position: target, ..Self::default() };
         } else {

@@ -148,7 +148,8 @@ impl Servo {
     fn measure(&mut self, feedback: &Feedback) {
         self.sensors.update(&self.gains, feedback.hall_bits, feedback.encoder_count);
         self.position = self.sensor_position().wrapping_sub(self.position_offset);
-        let step_q32 = self.sensors.velocity_q32(&self.gains);
+        // No shaft turns once in a cycle: a counter that jumps must not overflow what follows.
+        let step_q32 = within(self.sensors.velocity_q32(&self.gains), 1 << 32);
         let rpm = (step_q32 * self.gains.rpm_per_step + (1 << 31)) >> 32;
         self.velocity_rpm = rpm as i32 * self.gains.direction;
     }
