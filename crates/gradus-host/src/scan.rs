@@ -1,8 +1,8 @@
 //! Finding modules: on serial ports at all rates, at all addresses, on CAN buses at all identifiers.
 //!
-//! Each place is asked one harmless question (the probe of [`step`](crate::step)), so that nothing of a module is changed. A module
-//! that hears it at a wrong baud rate hears noise, which its checksum keeps it from obeying. One whose replies are suppressed is
-//! not found.
+//! Each place is asked one harmless question (the probe by which a session gets in step), so that nothing of a module is changed.
+//! At a wrong baud rate a module hears noise, which its address and its checksum let pass hardly ever. One whose replies are
+//! suppressed is not found.
 
 use std::ops::RangeInclusive;
 use std::time::Duration;

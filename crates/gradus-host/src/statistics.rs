@@ -20,7 +20,7 @@ pub struct Statistics {
     pub damaged_requests: u64,
     /// Late, foreign and doubled answers, which were thrown away.
     pub drained: u64,
-    /// Questions for a number that only the module asked can know, see [`step`](crate::step).
+    /// Questions by which the session got in step.
     pub probes: u64,
     /// Time between request and answer.
     pub round_trips: Histogram,
