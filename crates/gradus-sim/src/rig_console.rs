@@ -76,7 +76,7 @@ fn one_of<'a>(
 fn help(rig: &mut Rig) -> String {
     let mut text = rig.benches().first_mut().and_then(|bench| console::execute("help", bench).ok()).unwrap_or_default();
     for (usage, help) in USAGE {
-        text += &format!("{usage:<38} {help}\n");
+        text += &format!("{usage:<44} {help}\n");
     }
     text
 }

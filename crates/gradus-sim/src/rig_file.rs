@@ -37,6 +37,7 @@
 //!
 //! Not here: the keys of a module's machine, see [`bench_file`](crate::bench_file); what the buses do, see [`Serial`] and [`Can`].
 
+use std::fmt;
 use std::fs;
 use std::num::NonZeroU32;
 use std::ops::Range;
@@ -45,7 +46,8 @@ use std::str::FromStr;
 
 use gradus_tmcl::catalogue::{Gp, Module};
 use serde::Deserialize;
-use serde::de::{Deserializer, Error};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -305,16 +307,26 @@ struct Faults(Profile);
 
 impl<'de> Deserialize<'de> for Faults {
     fn deserialize<D: Deserializer<'de>>(value: D) -> Result<Self, D::Error> {
-        #[derive(Deserialize)]
-        #[serde(untagged, expecting = "a profile's name or a table such as { flipped = 0.001 }")]
-        enum Either {
-            Name(String),
-            Table(Profile),
-        }
-        match Either::deserialize(value)? {
-            Either::Name(name) => name.parse().map(Self).map_err(D::Error::custom),
-            Either::Table(profile) => Ok(Self(profile)),
-        }
+        value.deserialize_any(NameOrTable).map(Self)
+    }
+}
+
+/// Reads a profile.
+struct NameOrTable;
+
+impl<'de> Visitor<'de> for NameOrTable {
+    type Value = Profile;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a profile's name or a table such as { flipped = 0.001 }")
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<Profile, E> {
+        name.parse().map_err(E::custom)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Profile, A::Error> {
+        Profile::deserialize(MapAccessDeserializer::new(table))
     }
 }
 

@@ -85,6 +85,18 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
             "4: bus.faults: there is no profile `noise`, only noisy-line, bad-usb-cable, late-replies",
         ),
         (
+            "[[bus]]\nname = 'b'\nkind = 'can'\nfaults = { flipped = 2 }".into(),
+            "4: bus.faults.flipped: invalid value: integer `2`, expected a share from 0 to 1",
+        ),
+        (
+            "[[bus]]\nname = 'b'\nkind = 'can'\nfaults = { seed = 2 }".into(),
+            "4: bus.faults.seed: unknown field `seed`, expected one of `flipped`",
+        ),
+        (
+            "[[bus]]\nname = 'b'\nkind = 'can'\nfaults = 7".into(),
+            "4: bus.faults: invalid type: integer `7`, expected a profile's name or a table",
+        ),
+        (
             "[[bus]]\nname = 'b'\nkind = 'can'\nevent = [{ at = 1, do = 'in 1 1' }]".into(),
             "4: bus.event.do: expected a line of the console that changes a bus: cut, babble or faults",
         ),
