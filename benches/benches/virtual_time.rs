@@ -5,7 +5,7 @@ use gradus_benches::Host;
 use gradus_plant::{Currents, Mechanics, Motor, STEP_US, StepperAxis, Surroundings};
 use gradus_sim::Bench;
 use gradus_tmcl::Opcode;
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_tmcl::catalogue::{TMCM_351, TMCM_3351};
 
 /// Sends all motors to and fro, and asks until each has arrived.
 const TO_AND_FRO: &str = "
@@ -44,6 +44,13 @@ fn virtual_time(criterion: &mut Criterion) {
         let mut host = Host::at(bench);
         host.run(TO_AND_FRO);
         group.bench_function(format!("three axes move under a program that polls them, {axes}, seconds"), |bencher| {
+            bencher.iter(|| host.bench.run_for(SECONDS * 1_000_000));
+        });
+    }
+    for (axes, bench) in [("rigid axes", Bench::rigid(&TMCM_351)), ("motors", Bench::with_defaults(&TMCM_351))] {
+        let mut host = Host::at(bench);
+        host.run(TO_AND_FRO);
+        group.bench_function(format!("the same on a TMCM-351, {axes}, seconds"), |bencher| {
             bencher.iter(|| host.bench.run_for(SECONDS * 1_000_000));
         });
     }

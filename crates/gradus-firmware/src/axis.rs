@@ -108,7 +108,7 @@ impl Axis {
             Ap::TargetPosition => self.ramp.target(),
             Ap::ActualPosition => self.ramp.position(),
             Ap::TargetSpeed => self.target_speed(),
-            Ap::ActualSpeed => self.ramp.speed(),
+            Ap::ActualSpeed => self.actual_speed(),
             Ap::ActualAcceleration => self.ramp.acceleration(),
             Ap::RampMode => self.ramp_mode(),
             Ap::PositionReached => i32::from(self.is_reached()),

@@ -124,6 +124,19 @@ impl Axis {
         }
     }
 
+    /// GAP 3. The chip has a speed within microseconds: until its first control tick a motor that starts has that of this tick,
+    /// so that a program does not take it for one that stands.
+    pub(crate) fn actual_speed(&self) -> i32 {
+        match self.ramp {
+            Generator::Tmc428(ramp) if ramp.speed() == 0 && !ramp.is_idle() && !self.led => {
+                let mut next = ramp;
+                next.tick();
+                next.speed()
+            }
+            _ => self.ramp.speed(),
+        }
+    }
+
     /// SAP 0: a motion command but for a TMC428 in velocity mode.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use allocation_counter::measure;
 use gradus_sim::console::Change;
 use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind};
-use gradus_tmcl::catalogue::{TMCM_1617, TMCM_3351};
+use gradus_tmcl::catalogue::{TMCM_351, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Reply, Request, Status};
 
 const SECOND_US: u64 = 1_000_000;
@@ -189,6 +189,23 @@ fn programs_with_interrupts_allocate_nothing() {
     host.send(&datagram("GGP 0, 2"));
     let handled = Reply::parse(&host.bench.take(&mut host.link).unwrap()).unwrap().value;
     assert!(handled > 1000, "{handled} interrupts in 10 s, one every 7 ms");
+}
+
+#[test]
+fn older_module_allocates_nothing() {
+    let mut host = Host::at(Bench::with_defaults(&TMCM_351));
+    host.all(&["SAP 205, 0, 5", "SAP 212, 1, 1000", "SAP 204, 2, 10", "DATA 132, 0, 0, 0"]);
+    host.all(&[
+        "MVP REL, 0, 20000",
+        "MVP REL, 1, -9000",
+        "ROR 2, 500",
+        "WAIT POS, 0, 0",
+        "MST 2",
+        "DATA 29, 0, 4, 7",
+        "JA 0",
+    ]);
+    host.all(&["DATA 133, 0, 0, 0", "DATA 129, 1, 0, 0"]);
+    assert_eq!(allocations(|| host.bench.run_for(10 * SECOND_US)), 0);
 }
 
 #[cfg(unix)]

@@ -5,6 +5,7 @@ mod differences;
 mod encoder;
 mod memory;
 mod motion;
+mod programs;
 mod reference_search;
 mod stall;
 mod support;

@@ -46,9 +46,9 @@ fn lock_keeps_everything_as_it_is() {
 #[test]
 fn another_magic_brings_the_factory_settings_back() {
     let mut host = Host::new();
-    host.all("SAP 4, 0, 700; STAP 4, 0; SGP 3, 2, 33; STGP 3, 2; SGP 75, 0, 7; SGP 67, 0, 17");
+    host.all("SAP 4, 0, 700; STAP 4, 0; SGP 3, 2, 33; STGP 3, 2; SGP 75, 0, 7; SGP 67, 0, 16");
     host.power_cycle();
-    assert_eq!([host.get(4, 0), host.ask("GGP 3, 2"), host.ask("GGP 75, 0"), host.ask("GGP 67, 0")], [700, 33, 7, 17]);
+    assert_eq!([host.get(4, 0), host.ask("GGP 3, 2"), host.ask("GGP 75, 0"), host.ask("GGP 67, 0")], [700, 33, 7, 16]);
     host.ask("SGP 64, 0, 1");
     assert_eq!(host.get(4, 0), 700, "not before the next start");
     host.power_cycle();
