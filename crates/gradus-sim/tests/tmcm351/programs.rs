@@ -12,7 +12,7 @@ use crate::support::Host;
 
 /// A module of motors on which an example runs.
 fn running(example: &str, settings: &str) -> Host {
-    let mut host = Host::on(Machine::new(3));
+    let mut host = Host::on(Machine::of(&TMCM_351));
     host.bench.machine().axes[0].plant.encoder = Some(Encoder { counts_per_turn: 2000, ..Encoder::default() });
     host.all(settings);
     let path = format!("{}/../../examples/tmcm-351/{example}.tmc", env!("CARGO_MANIFEST_DIR"));
