@@ -6,7 +6,8 @@ and velocity regulated every 40 us, one process on one core.
     python3 -m venv /tmp/peers && /tmp/peers/bin/pip install -r benches/peers/requirements.txt
     /tmp/peers/bin/python benches/peers/peers.py            # runs `cargo bench` for Gradus
 
-`--gradus 350` takes a figure of Gradus instead. Times are those of the processor, so that other processes do not count.
+`--gradus 300` takes a figure of Gradus instead. The others' times are those of the processor, so that other processes do not
+count; the benchmark of Gradus takes the time of the wall, and wants a quiet machine.
 """
 
 import argparse
