@@ -39,6 +39,7 @@ mod program;
 mod protection;
 mod reference_search;
 mod servo;
+mod servo_encoder;
 mod servo_parameters;
 mod servo_settings;
 mod settings;

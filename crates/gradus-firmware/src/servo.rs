@@ -18,12 +18,12 @@
 //! - Axis parameter 105 has no use: no mode of initialisation turns the motor to its null channel. IIT flags stay 0.
 //! - Loops a second (230 to 232) are those of the ramp, of the current loop and of the velocity loop, 0 while they do not run.
 
-use gradus_motion::foc::{self, Dq, Feedback, InitState};
+use gradus_motion::foc::{self, Dq, Feedback};
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::axes::{Axes, Events, Move, axis_index};
-use crate::ports::{Bridge, Io, NullEvent, Ports, RotorInputs, Supply, Switches};
+use crate::ports::{Bridge, Io, Ports, RotorInputs, Supply, Switches};
 use crate::protection::{Protection, Sight};
 use crate::servo_settings::ServoDerived;
 use crate::settings::Settings;
@@ -36,10 +36,6 @@ const HOME: u8 = 1 << 2;
 
 /// Number of the first reference switch among the digital inputs: right, left, home.
 const FIRST_SWITCH: u8 = 2;
-
-/// Electrical angle that an alignment turns the rotor backwards, 65536 a turn: a quarter turn, or what of it can be told from
-/// an encoder that does not count or counts the other way.
-const ALIGNMENT: core::ops::Range<i64> = 2_700..30_000;
 
 /// What the axis was told to do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -69,7 +65,7 @@ pub struct Servo {
     powered: bool,
     pub(crate) chopping: bool,
     /// Encoder counter when an alignment began to turn the rotor.
-    aligned_from: Option<i32>,
+    pub(crate) aligned_from: Option<i32>,
     seen: Feedback,
     /// Ticks until a rotor that no longer moves is at rest.
     pub(crate) quiet_in: u32,
@@ -371,7 +367,7 @@ impl Servo {
     }
 
     /// Stop mode; the motor runs down.
-    fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         self.mode = Mode::Stop;
         self.control.brake();
         self.control.regulate_current(Dq::default());
@@ -431,60 +427,4 @@ impl Servo {
 #[inline]
 fn feedback<A: RotorInputs>([a, b, _]: [i32; 3], port: &mut A) -> Feedback {
     Feedback { phases_ma: [a, b], hall_bits: port.hall(), encoder_count: port.encoder() }
-}
-
-// The encoder.
-impl Servo {
-    /// Compares what the encoder counts in an alignment with what the rotor turns.
-    #[inline]
-    fn watch_alignment(&mut self, count: i32) {
-        match self.control.init_state() {
-            InitState::Start => self.aligned_from = None,
-            InitState::Wait | InitState::Estimate if self.derived.aligns => {
-                self.aligned_from.get_or_insert(count);
-            }
-            InitState::Wait | InitState::Estimate => {}
-            InitState::Idle => {
-                if let Some(from) = self.aligned_from.take()
-                    && !ALIGNMENT.contains(&self.electrical_angle_back(count.wrapping_sub(from)))
-                {
-                    self.protection.fail_init();
-                    self.stop();
-                }
-            }
-        }
-    }
-
-    /// Electrical angle of so many counts, backwards, 65536 a turn.
-    fn electrical_angle_back(&self, counts: i32) -> i64 {
-        let back = if self.settings.get(Ap::EncoderDirection) != 0 { i64::from(counts) } else { -i64::from(counts) };
-        let steps = i64::from(self.settings.get(Ap::EncoderSteps)).max(1);
-        back.saturating_mul(i64::from(self.settings.get(Ap::PolePairs)) << 16).checked_div(steps).unwrap_or(0)
-    }
-
-    /// Axis parameters 107 and 108.
-    pub(crate) fn arm_null<A: RotorInputs>(&self, port: &mut A) {
-        let wanted = self.settings.get(Ap::ClearOnNull) != 0;
-        port.watch_null(wanted.then_some(NullEvent { n: true, ab: None }));
-    }
-
-    /// Makes the place of the null channel position 0.
-    #[inline]
-    fn watch_null<A: RotorInputs>(&mut self, port: &mut A) {
-        if let Some(count) = port.take_null() {
-            self.clear_at(count, port);
-        }
-    }
-
-    fn clear_at<A: RotorInputs>(&mut self, count: i32, port: &mut A) {
-        let since = port.encoder().wrapping_sub(count);
-        let inverted = (self.settings.get(Ap::EncoderDirection) != 0) != (self.settings.get(Ap::MotorDirection) != 0);
-        let since = i64::from(if inverted { since.wrapping_neg() } else { since });
-        let steps = i64::from(self.settings.get(Ap::EncoderSteps)).max(1);
-        self.control.set_position((since << 16).checked_div(steps).unwrap_or(0) as i32);
-        if self.settings.get(Ap::ClearOnce) != 0 {
-            self.settings.set(Ap::ClearOnNull, 0);
-            self.arm_null(port);
-        }
-    }
 }
