@@ -35,7 +35,8 @@ def test_pytrinamic_moves_in_units_of_the_chip(module, interface):
     with connect(module, interface) as connection:
         assert connection.get_version_string() == "351V.445"
         for number, value in [(PULSE_DIVISOR, 5), (RAMP_DIVISOR, 7), (MAX_SPEED, 2000), (ACCELERATION, 500)]:
-            connection.set_axis_parameter(number, 0, value)
+            for axis in range(2):
+                connection.set_axis_parameter(number, axis, value)
         connection.move_to(0, 5000)
         until(lambda: connection.get_axis_parameter(REACHED, 0) == 1)
         assert connection.get_axis_parameter(POSITION, 0) == 5000
