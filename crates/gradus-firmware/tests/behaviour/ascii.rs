@@ -66,14 +66,19 @@ impl Terminal {
 
     /// Types, and gives back all that comes, with `.` for CR and `<` for a character that is rubbed out.
     fn types(&mut self, text: &str) -> String {
-        let mut heard = Vec::new();
+        let mut heard: Vec<u8> = Vec::new();
         let mut rest = text.as_bytes();
         loop {
             let taken = self.module.receive(&mut self.link, rest);
             rest = &rest[taken..];
             heard.extend(core::iter::from_fn(|| self.module.transmit_text(&mut self.link)));
             if rest.is_empty() {
-                return String::from_utf8(heard).unwrap().replace("\x08 \x08", "<").replace('\r', ".");
+                return heard
+                    .into_iter()
+                    .map(char::from)
+                    .collect::<String>()
+                    .replace("\x08 \x08", "<")
+                    .replace('\r', ".");
             }
             assert!(taken > 0, "it takes no more of {text}");
         }
