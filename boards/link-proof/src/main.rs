@@ -11,8 +11,8 @@ use core::hint::black_box;
 use core::panic::PanicInfo;
 
 use gradus_firmware::{
-    AxisInputs, Bridge, DriverSettings, DriverState, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports, RotorInputs, Servo,
-    StepperStage, Steppers, Store, Supply, Switches,
+    AxisInputs, Bridge, DriverSettings, DriverState, InputCircuit, Io, Link, LinkKind, Module, NullEvent, Ports,
+    RotorInputs, Servo, StepperStage, Steppers, Store, Supply, Switches,
 };
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::catalogue::{self, TMCM_351, TMCM_1617, TMCM_3351};
