@@ -12,14 +12,14 @@ const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/re
 
 fn assembled(path: &Path, module: &'static Module) -> Assembly {
     let text = fs::read(path).unwrap();
-    let options = Options { constants: constants(path), ..Options::default() };
+    let options = Options { constants: constants(&text), ..Options::default() };
     assemble(path, &text, module, &options, &|path| fs::read(path))
 }
 
-/// The constants that a program takes from the command line.
-fn constants(path: &Path) -> Vec<String> {
-    let names: &[&str] = if path.ends_with("benches/search.tmc") { &["Mode", "First", "Second"] } else { &[] };
-    names.iter().map(|name| format!("{name} = 1")).collect()
+/// The constants that a program takes from the command line: its comment shows them as `-D NAME=VALUE`.
+fn constants(text: &[u8]) -> Vec<String> {
+    let text = String::from_utf8_lossy(text);
+    text.split("-D ").skip(1).filter_map(|rest| rest.split_whitespace().next()).map(str::to_owned).collect()
 }
 
 /// The `.tmc` files of a folder; none if there is no such folder.
