@@ -1,6 +1,6 @@
 //! One request and its answer; sent again after a failure on the way, if that is allowed.
 
-use gradus_tmcl::{Instruction, Opcode};
+use gradus_tmcl::Instruction;
 
 use crate::line::{Exchange, Wire};
 use crate::program::is_control;
@@ -29,10 +29,12 @@ impl Session {
         let line = self.line.clone();
         let mut wire = line.lock();
         let wire = &mut *wire;
-        if wire.doubling && wire.last.is_some_and(|last| is_alike(last.opcode, request)) {
+        if let Some(last) = wire.last.filter(|last| wire.doubling && is_alike(last.request, request)) {
             self.in_step = None;
+            wire.owe(last.to, last.request);
         }
         self.get_in_step(wire)?;
+        self.settle_debts(wire, form(request))?;
         let start = wire.link.now();
         wire.send(self.address, request, line.port())?;
         let answer = self.hear_answer(wire, request);
@@ -40,9 +42,12 @@ impl Session {
             Ok(bytes) => {
                 self.statistics.answers += 1;
                 self.statistics.round_trips.add(wire.link.now().saturating_sub(start));
-                wire.last = Some(Exchange { module: self.peer.module, opcode: request.opcode, answer: bytes });
+                wire.last = Some(Exchange { to: self.address, request, answer: bytes });
             }
-            Err(_) => wire.doubt(),
+            Err(_) => {
+                wire.owe(self.address, request);
+                wire.doubt();
+            }
         }
         answer
     }
@@ -59,9 +64,6 @@ impl Session {
                 }
                 Heard::Nothing => {
                     self.statistics.silent += 1;
-                    if !wire.owing.contains(&self.peer.module) {
-                        wire.owing.push(self.peer.module);
-                    }
                     return Err(self.silent(request, foreign));
                 }
             };
@@ -96,8 +98,8 @@ impl Session {
     }
 }
 
-/// True if the answer to an earlier command could pass for that to a request: both are the same command, or the answer, being a
-/// command itself, does not tell what it answers.
-fn is_alike(earlier: Opcode, request: Instruction) -> bool {
-    earlier == request.opcode || form(request) == Form::Command
+/// True if the answer to an earlier request could pass for that to a later one: both are the same command, or one of the answers
+/// does not tell what it answers.
+fn is_alike(earlier: Instruction, request: Instruction) -> bool {
+    earlier.opcode == request.opcode || [earlier, request].map(form) != [Form::Reply; 2]
 }

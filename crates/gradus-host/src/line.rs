@@ -17,6 +17,7 @@ use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
 use crate::trace::{Direction, Packet, Record, Sink, time_of_day};
+use crate::verdict::{Form, form};
 use crate::{Address, Error, Heard, Link, Nature, Place, Session, Stream, Url};
 
 /// How many events wait for somebody to take them; the oldest go.
@@ -49,8 +50,8 @@ pub(crate) struct Wire {
     pub doubts: u64,
     /// The latest answer.
     pub last: Option<Exchange>,
-    /// Modules that have not answered a request, and may do so late.
-    pub owing: Vec<u8>,
+    /// Answers that may still come.
+    pub owing: Vec<Debt>,
     /// True where a second copy of an answer may come.
     pub doubling: bool,
     /// Takes what passes.
@@ -61,11 +62,19 @@ pub(crate) struct Wire {
     events: VecDeque<(u8, PositionReached)>,
 }
 
+/// An answer that may still come.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Debt {
+    /// Where the request went.
+    pub to: Address,
+    pub form: Form,
+}
+
 /// A request and its answer.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Exchange {
-    pub module: u8,
-    pub opcode: Opcode,
+    pub to: Address,
+    pub request: Instruction,
     pub answer: [u8; 9],
 }
 
@@ -154,6 +163,14 @@ pub(crate) fn stream(url: &Url) -> Result<Box<dyn Stream>, String> {
 }
 
 impl Wire {
+    /// The answer to a request may still come.
+    pub fn owe(&mut self, to: Address, request: Instruction) {
+        let debt = Debt { to, form: form(request) };
+        if !self.owing.contains(&debt) {
+            self.owing.push(debt);
+        }
+    }
+
     /// From now on nobody knows what is under way.
     pub fn doubt(&mut self) {
         self.doubts += 1;

@@ -7,6 +7,8 @@
 //! - While every request got its answer and nothing unasked came, nothing can be under way: the session is *in step*.
 //! - A time-out, a damaged datagram or a datagram nobody asked for ends that, for all sessions of the line. The next request waits
 //!   until its session is in step again, see [`step`](crate::step).
+//! - Two answers do not tell whose they are: a version text and a command of program memory. Before they are asked for, every
+//!   module that still owes an answer is probed, and so has given it; a module that owes one of them is before any request.
 //! - Where a line may deliver an answer twice, a copy could pass for the answer to a next request of the same kind: the session
 //!   gets in step between two such requests. CAN may double; of another line it is assumed from the first copy seen on,
 //!   or from the beginning with `?guard=1`.
@@ -15,7 +17,7 @@
 //! ([`Effect`]), and only after the session has got in step, so that the module has done with the first one.
 //!
 //! What no host can see, because the datagrams carry nothing to see it by: an answer delayed past a later one (a line that changes
-//! the order); a request that the line doubles, so that a relative move is made twice; damage that leaves the checksum
+//! the order), or past three unanswered probes; a request that the line doubles, so that a relative move is made twice; damage that leaves the checksum
 //! right, as two errors may that make up for each other; a download begun by another host, during which commands are stored
 //! instead of executed until an answer says so.
 //!
@@ -287,25 +289,13 @@ impl Session {
 
     /// The command at an address of the program memory. Past its end, and behind read protection, all fields are zero.
     ///
-    /// What comes carries neither a module's address nor the command's number. So a command that could be the late answer of
-    /// another module of the line counts when it comes twice. And one command, `SAP 1, 0, 0` on a module with address 5
-    /// for example, looks like the module's word about a damaged request: it counts when it comes every time.
+    /// What comes carries neither a module's address nor the command's number. So all late answers of other modules on the line
+    /// are waited for before. And one command, `SAP 1, 0, 0` on a module with address 5 for example, looks like the module's
+    /// word about a damaged request: it counts when it comes every time.
     ///
     /// # Errors
     /// When the line is broken, no answer comes in time, or it comes damaged.
     pub fn read_memory(&mut self, address: u16) -> Result<Instruction, Error> {
-        let mut command = self.read_memory_once(address)?;
-        while self.line.lock().owing.contains(&command.opcode.0) {
-            let again = self.read_memory_once(address)?;
-            if again == command {
-                break;
-            }
-            command = again;
-        }
-        Ok(command)
-    }
-
-    fn read_memory_once(&mut self, address: u16) -> Result<Instruction, Error> {
         let request = Instruction::new(Opcode::READ_MEMORY, 0, 0, i32::from(address));
         let before = self.statistics.damaged_requests;
         match self.converse(request, true) {

@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use gradus_tmcl::{Instruction, Opcode, Reply};
 
-use crate::line::Wire;
+use crate::line::{Debt, Wire};
 use crate::link::SILENCE;
-use crate::verdict::Peer;
-use crate::{Error, Heard, Session};
+use crate::verdict::{Form, Peer};
+use crate::{Address, Error, Heard, Session};
 
 /// A type of command 157 that no module has.
 const PROBE_TYPE: u8 = 255;
@@ -65,22 +65,42 @@ impl Session {
 
     /// Sends a probe; true when the module repeats its number, which also tells the addresses of its replies.
     pub(crate) fn probe(&mut self, wire: &mut Wire) -> Result<bool, Error> {
+        let Some(peer) = self.probe_at(self.address, wire)? else { return Ok(false) };
+        self.peer = peer;
+        self.mute = false;
+        Ok(true)
+    }
+
+    /// Sends a probe to any module of the line; the addresses of its replies when it repeats the number.
+    fn probe_at(&mut self, to: Address, wire: &mut Wire) -> Result<Option<Peer>, Error> {
         self.nonce = self.nonce.wrapping_add(1);
         self.statistics.probes += 1;
-        wire.send(self.address, Instruction::new(Opcode::GET_INFO, PROBE_TYPE, 0, self.nonce), self.line.port())?;
+        wire.send(to, Instruction::new(Opcode::GET_INFO, PROBE_TYPE, 0, self.nonce), self.line.port())?;
         wire.last = None;
         let deadline = wire.link.now() + self.timeout;
         while let Heard::Datagram(bytes) = wire.hear(deadline, self.line.port())? {
-            let Ok(reply) = Reply::parse(&bytes) else { return Ok(false) };
+            let Ok(reply) = Reply::parse(&bytes) else { return Ok(None) };
             if reply.command == Opcode::GET_INFO && reply.value == self.nonce {
-                self.peer = Peer { host: reply.host, module: reply.module };
-                wire.owing.retain(|module| *module != reply.module);
-                self.mute = false;
-                return Ok(true);
+                wire.owing.retain(|debt| debt.to != to);
+                return Ok(Some(Peer { host: reply.host, module: reply.module }));
             }
             self.statistics.drained += 1;
         }
-        Ok(false)
+        Ok(None)
+    }
+
+    /// Waits for late answers of other modules that could pass for an answer of that form: where one of the two does not
+    /// tell whose it is. The answer of a module that answers no probe either counts as lost.
+    pub(crate) fn settle_debts(&mut self, wire: &mut Wire, form: Form) -> Result<(), Error> {
+        let could_pass = |debt: &mut Debt| [debt.form, form] != [Form::Reply; 2];
+        let due: Vec<Debt> = wire.owing.extract_if(.., could_pass).collect();
+        for debt in due {
+            let mut left = PROBES;
+            while left > 0 && self.probe_at(debt.to, wire)?.is_none() {
+                left -= 1;
+            }
+        }
+        Ok(())
     }
 
     /// Asks for the version text, which a module answers even if its replies are suppressed (global parameter 255), so

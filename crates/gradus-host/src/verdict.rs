@@ -23,7 +23,7 @@ pub enum Verdict {
 }
 
 /// What an answer looks like.
-#[derive(PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Form {
     /// Status, command, value.
     Reply,
