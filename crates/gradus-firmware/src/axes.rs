@@ -112,8 +112,8 @@ pub trait Axes<P> {
     /// What the axes do together when they have ticked.
     fn end_tick(&mut self) {}
 
-    /// When an axis has something to do besides control ticks.
-    fn due_at(&self) -> Option<u64>;
+    /// When an axis has something to do besides control ticks; `u64::MAX` for never.
+    fn due_at(&self) -> u64;
 
     /// Does what is due besides control ticks.
     fn run_timer(&mut self, index: usize, now: u64, ports: &mut P);

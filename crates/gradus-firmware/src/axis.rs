@@ -365,8 +365,9 @@ impl Axis {
     }
 
     /// When the axis has something to do besides control ticks.
-    pub(crate) fn due_at(&self) -> Option<u64> {
-        [self.standby_at_us, self.freewheels_at_us].into_iter().flatten().min()
+    #[inline]
+    pub(crate) fn due_at(&self) -> u64 {
+        self.standby_at_us.unwrap_or(NEVER).min(self.freewheels_at_us.unwrap_or(NEVER))
     }
 
     /// One control tick.

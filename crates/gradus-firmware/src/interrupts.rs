@@ -10,6 +10,7 @@ use gradus_tmcl::catalogue::{Interrupt, InterruptKind, Module};
 
 use crate::cpu::Registers;
 use crate::interpreter::Wait;
+use crate::program::NEVER;
 
 /// Interrupt numbers lie below this.
 const COUNT: usize = 64;
@@ -145,8 +146,9 @@ impl Interrupts {
     }
 
     /// When the next timer is due.
-    pub(crate) fn due_at(&self) -> Option<u64> {
-        self.timers.iter().filter_map(|timer| timer.next_us).min()
+    #[inline]
+    pub(crate) fn due_at(&self) -> u64 {
+        self.timers.iter().fold(NEVER, |earliest, timer| earliest.min(timer.next_us.unwrap_or(NEVER)))
     }
 
     /// The handler to enter now, if one is waiting and none runs.

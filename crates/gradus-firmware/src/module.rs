@@ -207,10 +207,9 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// When something besides control ticks and the program is due.
     fn timers_at(&self) -> u64 {
         let wait = self.program.wait.map_or(NEVER, |wait| wait.deadline_us);
-        let axes = self.axes.due_at().unwrap_or(NEVER);
-        wait.min(axes)
+        wait.min(self.axes.due_at())
             .min(self.capture.due_at())
-            .min(self.interrupts.due_at().unwrap_or(NEVER))
+            .min(self.interrupts.due_at())
             .min(self.heartbeats.due_at(&self.globals))
     }
 

@@ -24,6 +24,7 @@ use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::axes::{Axes, Events, Move, axis_index};
 use crate::ports::{Bridge, Io, Ports, RotorInputs, Supply, Switches};
+use crate::program::NEVER;
 use crate::protection::{Protection, Sight};
 use crate::servo_settings::ServoDerived;
 use crate::settings::Settings;
@@ -213,8 +214,8 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
     }
 
     #[inline]
-    fn due_at(&self) -> Option<u64> {
-        None
+    fn due_at(&self) -> u64 {
+        NEVER
     }
 
     fn run_timer(&mut self, _index: usize, _now: u64, _ports: &mut P) {}

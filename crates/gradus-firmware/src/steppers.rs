@@ -15,6 +15,7 @@ use crate::axis::Axis;
 use crate::coordinates::{Coordinates, NO_COORDINATES};
 use crate::module::MAX_AXES;
 use crate::ports::{AxisInputs, Ports, StepperStage, Switches};
+use crate::program::NEVER;
 use crate::ticks::Period;
 
 /// Bits of the motor field of MVP COORD (TMCM-3351 §3.6.4).
@@ -165,8 +166,8 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
     }
 
     #[inline]
-    fn due_at(&self) -> Option<u64> {
-        self.axes.iter().filter_map(Axis::due_at).min()
+    fn due_at(&self) -> u64 {
+        self.axes.iter().fold(NEVER, |earliest, axis| earliest.min(axis.due_at()))
     }
 
     fn run_timer(&mut self, index: usize, now: u64, ports: &mut P) {
