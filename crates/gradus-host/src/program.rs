@@ -42,13 +42,11 @@ pub struct ApplicationStatus {
     pub state: State,
     /// True while a WAIT waits.
     pub waiting: bool,
-    /// Address of the next instruction.
-    pub program_counter: u16,
 }
 
 impl ApplicationStatus {
     fn from_value(value: i32) -> Self {
-        let [state, waiting, high, low] = value.to_be_bytes();
+        let [state, waiting, ..] = value.to_be_bytes();
         let state = match state {
             0 => State::Stopped,
             1 => State::Running,
@@ -56,7 +54,7 @@ impl ApplicationStatus {
             3 => State::Resetting,
             other => State::Unknown(other),
         };
-        Self { state, waiting: waiting != 0, program_counter: u16::from_be_bytes([high, low]) }
+        Self { state, waiting: waiting != 0 }
     }
 }
 
@@ -207,12 +205,20 @@ impl Session {
         Ok(())
     }
 
-    /// What the program does, and where.
+    /// What the program does.
     ///
     /// # Errors
     /// When the module refuses.
     pub fn application_status(&mut self) -> Result<ApplicationStatus, Error> {
         self.control(Opcode::APPLICATION_STATUS, PROGRAM_COUNTER, 0).map(ApplicationStatus::from_value)
+    }
+
+    /// Address of the next instruction.
+    ///
+    /// # Errors
+    /// When the module refuses.
+    pub fn program_counter(&mut self) -> Result<i32, Error> {
+        self.get_global(Gp::ProgramCounter, 0)
     }
 
     /// The program's accumulator. Not on the TMCM-351.

@@ -46,7 +46,7 @@ fn a_program_is_written_compared_and_run_to_its_end() {
     assert_eq!(session.application_status().unwrap().state, State::Running);
     assert!(session.wait_stopped(10 * SECOND, MILLISECOND).unwrap());
     assert_eq!(session.get_axis(Ap::ActualPosition, 0).unwrap(), 51200);
-    assert_eq!(session.application_status().unwrap().program_counter, 2);
+    assert_eq!(session.program_counter().unwrap(), 2);
 }
 
 #[test]
@@ -130,11 +130,11 @@ fn breakpoints_and_steps_hold_a_program() {
     session.remove_breakpoint(1).unwrap();
     session.run_from(0).unwrap();
     assert!(session.wait_stopped(SECOND, MILLISECOND).unwrap());
-    assert_eq!(session.application_status().unwrap().program_counter, 2);
+    assert_eq!(session.program_counter().unwrap(), 2);
     assert_eq!(session.accumulator().unwrap(), 8);
     session.step().unwrap();
     session.sleep(MILLISECOND);
-    assert_eq!(session.application_status().unwrap().program_counter, 3);
+    assert_eq!(session.program_counter().unwrap(), 3);
     assert_eq!(session.accumulator().unwrap(), 16);
     session.clear_breakpoints().unwrap();
     session.run().unwrap();

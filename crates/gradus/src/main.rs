@@ -29,7 +29,7 @@ use cmd::Command;
 
 /// Virtual and real TMCL motion-control modules from the command line.
 ///
-/// Gradus assembles TMCL programs, runs them on a virtual TMCM-3351 in virtual time or on a real module, and serves virtual
+/// Gradus assembles TMCL programs, runs them on a virtual module in virtual time or on a real module, and serves virtual
 /// modules to other host software on pseudo-terminals and TCP.
 #[derive(Parser)]
 #[command(version, after_long_help = AFTER_HELP, disable_help_subcommand = true)]

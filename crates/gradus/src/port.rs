@@ -10,7 +10,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::trace::{PcapngWriter, Sink};
 use gradus_host::{Line, Session, Terminal, Url};
 use gradus_sim::{BenchFile, Eeprom};
-use gradus_tmcl::catalogue::Module;
+use gradus_tmcl::catalogue::{Module, TMCM_3351};
 
 use crate::complain;
 
@@ -18,9 +18,10 @@ use crate::complain;
 #[derive(clap::Args)]
 pub struct Port {
     /// Port of the module: sim:MODULE, tcp:HOST:PORT, serial:PATH?baud=9600 or a path, each with ?address=N; can:INTERFACE,
-    /// slcan:PATH, slcan:HOST:PORT, socketcand:HOST:PORT/BUS, each with ?id=N&reply=N.
-    #[arg(long, value_name = "URL", default_value = "sim:tmcm-3351")]
-    port: Url,
+    /// slcan:PATH, slcan:HOST:PORT, socketcand:HOST:PORT/BUS, each with ?id=N&reply=N. If left out, a virtual module of this
+    /// process: the one that --module names, or sim:tmcm-3351.
+    #[arg(long, value_name = "URL")]
+    port: Option<Url>,
     /// Bench file: a virtual module with the machine it describes, instead of a port
     #[arg(long, value_name = "FILE.toml", conflicts_with = "port")]
     bench: Option<PathBuf>,
@@ -66,7 +67,20 @@ impl Port {
     /// # Errors
     /// When it does not open, no module answers, or something is wrong with the bench file.
     pub fn open(&self) -> anyhow::Result<Conversation> {
-        Ok(Conversation { session: self.session()?, verbose: self.verbose })
+        self.open_for(&TMCM_3351)
+    }
+
+    /// The same; where no port is given, a virtual module of that kind.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn open_for(&self, module: &'static Module) -> anyhow::Result<Conversation> {
+        Ok(Conversation { session: self.session(&self.url(module))?, verbose: self.verbose })
+    }
+
+    /// The port that was given, or a virtual module.
+    fn url(&self, module: &'static Module) -> Url {
+        self.port.clone().unwrap_or_else(|| Url::sim(module))
     }
 
     /// Opens it for command lines, or builds the bench.
@@ -74,17 +88,17 @@ impl Port {
     /// # Errors
     /// When it does not open, or something is wrong with the bench file.
     pub fn terminal(&self) -> anyhow::Result<Terminal> {
-        let Some(file) = &self.bench else { return Ok(Terminal::open(&self.port)?) };
+        let Some(file) = &self.bench else { return Ok(Terminal::open(&self.url(&TMCM_3351))?) };
         let file = BenchFile::read(file)?;
         let memory = Eeprom::of(file.module);
         Ok(Terminal::on_bench(file.build(memory)))
     }
 
-    fn session(&self) -> anyhow::Result<Session> {
+    fn session(&self, url: &Url) -> anyhow::Result<Session> {
         let Some(file) = &self.bench else {
-            let line = Line::open(&self.port)?;
+            let line = Line::open(url)?;
             self.record(&line)?;
-            return Ok(Session::on_line(&line, &self.port)?);
+            return Ok(Session::on_line(&line, url)?);
         };
         let file = BenchFile::read(file)?;
         let memory = Eeprom::of(file.module);

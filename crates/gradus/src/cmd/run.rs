@@ -10,7 +10,7 @@ use anyhow::bail;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use gradus_host::{Session, State};
 use gradus_tmcl::Instruction;
-use gradus_tmcl::catalogue::{MODULES, Module};
+use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
 
 use crate::output::{Output, plot_file, record_file};
 use crate::port::{self, Port};
@@ -41,7 +41,7 @@ pub struct Run {
     file: PathBuf,
     #[command(flatten)]
     port: Port,
-    /// Module the program is for; the one at the port if left out
+    /// Module the program is for; the one at the port if left out, a virtual one of that kind where no port is given
     #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
     module: Option<&'static Module>,
     #[command(flatten)]
@@ -95,7 +95,7 @@ enum End {
 impl Run {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let interrupted = interruption()?;
-        let mut session = self.port.open()?;
+        let mut session = self.port.open_for(self.module.unwrap_or(&TMCM_3351))?;
         let module = session.module()?;
         if let Some(wanted) = self.module.filter(|wanted| wanted.name != module.name) {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
@@ -223,7 +223,7 @@ fn report(
     time: Duration,
     out: &mut dyn Write,
 ) -> anyhow::Result<()> {
-    let at = session.application_status()?.program_counter;
+    let at = session.program_counter()?;
     let seconds = time.as_secs_f64();
     if end != End::Stopped {
         stop(session)?;

@@ -113,7 +113,7 @@ impl Tune {
     fn prepare(&self, session: &mut Session) -> anyhow::Result<()> {
         let module = session.module()?;
         if !module.axis_parameters.iter().any(|row| row.id == Ap::CommutationMode) {
-            bail!("{} is no servo; regulators to tune has a TMCM-1617", module.name);
+            bail!("the {} is no servo; only a TMCM-1617 has regulators to tune", module.name);
         }
         for (name, value) in &self.set {
             let named = find_axis(module, name)?;
