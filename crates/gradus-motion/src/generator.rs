@@ -1,7 +1,8 @@
 //! The ramp generator of an axis, whichever its module has.
 
-use crate::interpolation::{Course, Line};
-use crate::limits::Gains;
+use crate::course::Course;
+use crate::gains::Gains;
+use crate::interpolation::Line;
 use crate::ramp::Ramp;
 use crate::tmc428::Tmc428Gains;
 use crate::tmc428_ramp::Tmc428Ramp;

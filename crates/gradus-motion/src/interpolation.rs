@@ -4,8 +4,11 @@
 //! the path, so the line in space is straight to 2^-31 microsteps. The path counts down to zero, where every share is
 //! zero too: nothing is left over at the end.
 
-use crate::limits::{FRACTION_BITS, Gains, Limits};
+use crate::course::Course;
+use crate::gains::Gains;
+use crate::limits::Limits;
 use crate::ramp::Ramp;
+use crate::tick_rate::FRACTION_BITS;
 
 /// Fraction bits of a share.
 const SHARE_BITS: u32 = 62;
@@ -58,14 +61,6 @@ struct Share {
     speed: i64,
     /// On an S-shaped path, 48 fraction bits.
     acceleration: i64,
-}
-
-/// What a line has to know of an axis.
-#[derive(Clone, Copy, Debug)]
-pub struct Course<'a> {
-    /// Distance to its target by the short way.
-    pub(crate) distance: i32,
-    pub(crate) gains: &'a Gains,
 }
 
 /// Where a line has led an axis.

@@ -35,8 +35,11 @@
 #[cfg(test)]
 extern crate std;
 
+mod brake;
 pub mod closed_loop;
+mod course;
 pub mod foc;
+mod gains;
 mod generator;
 mod interpolation;
 mod limits;
@@ -44,15 +47,19 @@ mod plan;
 mod ramp;
 mod s_plan;
 mod s_ramp;
+mod tick_rate;
 mod tmc428;
 mod tmc428_ramp;
 
 #[cfg(test)]
 mod tests;
 
+pub use course::Course;
+pub use gains::Gains;
 pub use generator::{Generator, Profile};
-pub use interpolation::{Course, Line};
-pub use limits::{Gains, Limits, Units};
+pub use interpolation::Line;
+pub use limits::Limits;
 pub use ramp::Ramp;
+pub use tick_rate::Units;
 pub use tmc428::{Factor, Tmc428Gains, Tmc428Limits, Tmc428Units};
 pub use tmc428_ramp::{Approach, Tmc428Ramp};

@@ -1,10 +1,12 @@
 //! The ramp generator of one axis: its state, and what a control tick does.
 
-use crate::interpolation::Course;
-use crate::limits::{FRACTION_BITS, Gains};
-use crate::plan::{Brake, FAR, Leg, Phase};
+use crate::brake::{Brake, Phase};
+use crate::course::Course;
+use crate::gains::Gains;
+use crate::plan::{FAR, Leg};
 use crate::s_plan::Shape;
 use crate::s_ramp::Curve;
+use crate::tick_rate::FRACTION_BITS;
 
 const ONE: i64 = 1 << FRACTION_BITS;
 const FRACTION_MASK: i64 = ONE - 1;

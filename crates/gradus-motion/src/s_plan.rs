@@ -11,7 +11,8 @@
 //! Units are microsteps and ticks, in `f64`. Only `+ - * /` and comparisons are used, which round alike everywhere, and
 //! the work is bounded: some 60 ways to rest a segment searched, of which a plan has one.
 
-use crate::limits::{FRACTION_BITS, Gains, JERK_BITS};
+use crate::gains::Gains;
+use crate::tick_rate::{FRACTION_BITS, JERK_BITS};
 
 /// Steps of a bisection: all bits of an `f64`, and some.
 const BISECTIONS: u32 = 60;

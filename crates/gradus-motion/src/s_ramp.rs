@@ -7,8 +7,8 @@
 
 use core::array;
 
-use crate::limits::{FRACTION_BITS, JERK_BITS};
 use crate::s_plan::{Motion, Plan, Segment};
+use crate::tick_rate::{FRACTION_BITS, JERK_BITS};
 
 const SCALE: f64 = (1u128 << JERK_BITS) as f64;
 

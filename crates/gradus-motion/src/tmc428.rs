@@ -10,7 +10,8 @@
 //! In position mode the chip must know how far it takes to brake. It does not divide for that: its firmware gives it a factor
 //! `p = p_mul / p_div` whenever an acceleration or a divisor changes, see [`Factor`].
 
-use crate::limits::{Gains, Limits};
+use crate::gains::Gains;
+use crate::limits::Limits;
 
 /// Clock of the chip.
 pub(crate) const CLOCK_HZ: u32 = 16_000_000;

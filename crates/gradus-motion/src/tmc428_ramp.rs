@@ -13,7 +13,8 @@
 //! Where the firmware finds no `p` it writes one that fits nothing: large accelerations then creep to their target, and very
 //! small ones may pass it and come back.
 
-use crate::interpolation::{Course, Line};
+use crate::course::Course;
+use crate::interpolation::Line;
 use crate::tmc428::{SPEED_BITS, SPEED_OF_TRAVEL_BITS, Tmc428Gains};
 
 /// Fraction bits of a position.

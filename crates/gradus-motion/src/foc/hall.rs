@@ -1,7 +1,19 @@
 //! Digital hall sensors: sector, angle, speed.
 
-use super::settings::HallSettings;
 use super::turns::{CountScale, TurnCounter};
+
+/// Hall sensors (axis parameters 90 to 93).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HallSettings {
+    /// Sensors are low where they should be high.
+    pub inverted_polarity: bool,
+    /// Sensors B and C are exchanged.
+    pub inverted_direction: bool,
+    /// The angle goes on between edges.
+    pub interpolation: bool,
+    /// Added to the electrical angle, 65536 a turn.
+    pub offset_q16: i16,
+}
 
 /// A sixth of an electrical turn.
 const SECTOR_Q32: u32 = 715_827_883;

@@ -41,14 +41,12 @@ pub use current_loop::{CurrentGains, CurrentLoop, MotorKind};
 pub use encoder::{AbnEncoder, VelocityWindow};
 pub use encoder_init::InitState;
 pub use filter::Pt1;
-pub use hall::{Hall, HallGains};
+pub use hall::{Hall, HallGains, HallSettings};
 pub use modulation::{Duties, FULL_VOLTAGE, limit_to_circle};
 pub use pi::{Pi, PiGains, PiSettings};
 pub use ramp::{RampGains, ServoRamp};
 pub use servo::{Feedback, Mode, Servo};
-pub use settings::{
-    Commutation, EncoderInitMode, EncoderSettings, HallSettings, Sensor, ServoGains, ServoSettings, VelocityUnit,
-};
+pub use settings::{Commutation, EncoderInitMode, EncoderSettings, Sensor, ServoGains, ServoSettings, VelocityUnit};
 pub use turns::{CountScale, TurnCounter};
 pub use vector::{AlphaBeta, Dq};
 

@@ -2,7 +2,7 @@
 
 use super::current_loop::{CurrentGains, MotorKind};
 use super::encoder::VelocityWindow;
-use super::hall::HallGains;
+use super::hall::{HallGains, HallSettings};
 use super::pi::{PiGains, PiSettings};
 use super::ramp::RampGains;
 use super::turns::CountScale;
@@ -39,19 +39,6 @@ pub enum VelocityUnit {
     Mechanical,
     /// Electrical turns in a minute.
     Electrical,
-}
-
-/// Hall sensors (axis parameters 90 to 93).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct HallSettings {
-    /// Sensors are low where they should be high.
-    pub inverted_polarity: bool,
-    /// Sensors B and C are exchanged.
-    pub inverted_direction: bool,
-    /// The angle goes on between edges.
-    pub interpolation: bool,
-    /// Added to the electrical angle, 65536 a turn.
-    pub offset_q16: i16,
 }
 
 /// How the encoder's offset to the rotor is found (axis parameter 102).
