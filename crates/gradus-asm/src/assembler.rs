@@ -2,14 +2,17 @@
 
 use std::path::{Path, PathBuf};
 
-use gradus_tmcl::catalogue::{MODULES, Module};
+use gradus_tmcl::catalogue::Module;
 use gradus_tmcl::{Instruction, Opcode};
 
+use crate::builtin::BUILT_IN;
 use crate::check::check;
 use crate::encoder::{Encoded, encode};
+use crate::names::Names;
 use crate::parser::{self, Body, Command};
+use crate::problem::{Code, Problem, Span};
 use crate::reader::{Load, Placed, Reader};
-use crate::{BUILT_IN, Code, Names, Problem, Source, Span, Style, disassemble, from_bin, render};
+use crate::source::Source;
 
 /// What can be chosen about an assembly.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -157,30 +160,4 @@ fn command(text: &str, span: Span, problems: &mut Vec<Problem>) -> Option<Comman
         }
         _ => None,
     }
-}
-
-/// What a fuzzer calls: takes any bytes as a program, a program memory and a `.bin` file, and panics if one of the promises
-/// of this crate is broken.
-pub fn fuzz_source(data: &[u8]) {
-    let module = MODULES[data.len() % MODULES.len()];
-    let assembly = assemble("fuzz.tmc", data, module, &Options::default(), &|_| Ok(data.to_vec()));
-    for problem in assembly.problems.iter().take(20) {
-        render(problem, &assembly.sources, Style::Plain);
-    }
-    crate::listing(&assembly);
-    same_again(&assembly.program, module);
-    if let Ok(program) = from_bin(data) {
-        same_again(&program, module);
-    }
-    let memory: Vec<_> = data.as_chunks().0.iter().map(|bytes| Instruction::from_bytes(*bytes)).collect();
-    same_again(&memory, module);
-}
-
-/// A disassembled program gives the same program without an error.
-fn same_again(program: &[Instruction], module: &'static Module) {
-    let text = disassemble(program, module);
-    let options = Options { no_stop: true, ..Options::default() };
-    let again = assemble("again.tmc", text.as_bytes(), module, &options, &|_| Err(std::io::ErrorKind::NotFound.into()));
-    assert_eq!(again.program, program);
-    assert!(program.len() > usize::from(module.program_len) || !again.has_errors(), "{:?}", again.problems);
 }

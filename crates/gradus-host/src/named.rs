@@ -5,7 +5,7 @@ use std::fmt;
 use gradus_tmcl::catalogue::{Access, AxisParameter, Choice, GlobalParameter, Unit, Values};
 use gradus_tmcl::{Instruction, Opcode};
 
-use crate::normalise;
+use crate::name::normalise;
 
 /// A parameter with the commands that read and write it; [`find`](crate::find) gives one for a name or number.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -6,7 +6,8 @@
 
 use gradus_tmcl::catalogue::{GlobalParameter, Module};
 
-use crate::Named;
+use crate::name::{normalise, words};
+use crate::named::Named;
 
 /// A name or number that stands for no parameter, or for several.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -52,18 +53,6 @@ fn did_you_mean(suggestions: &[String]) -> String {
         [] => "; `gradus params` lists them all".into(),
         names => format!("; did you mean {}?", names.join(" or ")),
     }
-}
-
-/// Lower case, words joined by underscores: what a name is typed as.
-pub fn normalise(name: &str) -> String {
-    words(name).join("_")
-}
-
-fn words(name: &str) -> Vec<String> {
-    name.split(|c: char| !c.is_ascii_alphanumeric())
-        .filter(|word| !word.is_empty())
-        .map(str::to_ascii_lowercase)
-        .collect()
 }
 
 /// Finds an axis parameter by number or name, or a global parameter by name.

@@ -10,14 +10,12 @@
 use crate::contacts::{Contacts, STEP_US};
 use crate::driver::{CoilFault, Driver, DriverSettings, DriverState};
 use crate::encoder::NullLatch;
+use crate::microsteps::MICROSTEPS_PER_FULL_STEP;
 use crate::motors::{Mechanics, Motor};
 use crate::rigid::RigidRotor;
 use crate::stepper::{Coil, Currents, Drive, Field, Stepper};
 use crate::winding::Winding;
 use crate::{Encoder, NullEvent, Surroundings, Switch, Travel};
-
-/// Microsteps in a full step of the motor.
-pub const MICROSTEPS_PER_FULL_STEP: u32 = 256;
 
 /// Current of the module at full scale in amperes RMS, unless told otherwise: TMCM-3351.
 const FULL_SCALE_A: f64 = 3.3;

@@ -1,6 +1,6 @@
 //! A rigid rotor: it is where the coil vector points.
 
-use crate::axis::MICROSTEPS_PER_FULL_STEP;
+use crate::microsteps::MICROSTEPS_PER_FULL_STEP;
 
 /// Four full steps, after which the coil vector is the same again.
 const ELECTRICAL_PERIOD: i64 = 4 * MICROSTEPS_PER_FULL_STEP as i64;

@@ -18,6 +18,7 @@ mod reference;
 mod signal;
 mod span;
 mod view;
+mod zone;
 
 use std::fmt;
 use std::io::{self, Write};

@@ -7,7 +7,8 @@ use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-use crate::recording::{Recording, Sample, Zone};
+use crate::recording::{Recording, Sample};
+use crate::zone::Zone;
 
 /// Size of a chart in pixels.
 const CHART: (u32, u32) = (1000, 350);

@@ -5,6 +5,7 @@ use std::time::Duration;
 use gradus_host::{Error, Session};
 
 use crate::signal::Channel;
+use crate::zone::Zone;
 
 /// What is looked at: each channel of each axis is a column.
 pub struct Probe {
@@ -21,15 +22,6 @@ pub struct Sample {
     pub time: Duration,
     /// Axis by axis, in each the channels.
     pub values: Vec<f64>,
-}
-
-/// Values of a signal at which something holds: where a switch is closed.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Zone {
-    /// What it is.
-    pub name: &'static str,
-    /// Lowest and highest value, which may be infinite.
-    pub range: (f64, f64),
 }
 
 /// A probe with what it has seen.

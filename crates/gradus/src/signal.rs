@@ -9,7 +9,7 @@ use gradus_host::{Error, Named, Session, find_axis};
 use gradus_sim::{Readings, ServoMachine, StepperAxis, Switches, Vane};
 use gradus_tmcl::catalogue::{Ap, Module};
 
-use crate::recording::Zone;
+use crate::zone::Zone;
 
 /// A row of the table.
 struct Signal {
