@@ -52,7 +52,7 @@ struct Channel {
 }
 
 /// The values and the memory of a capture.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Capture {
     channels: Vec<Channel, CHANNELS>,
     length: u32,

@@ -58,7 +58,7 @@ pub(crate) const fn stores_axis_parameters(catalogue: &Module) -> bool {
 }
 
 /// The records of a module in its [`Store`].
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Eeprom<S> {
     catalogue: &'static Module,
     pub(crate) store: S,

@@ -16,8 +16,8 @@ use crate::program::{NEVER, State};
 /// A WAIT that has begun.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Wait {
-    condition: WaitFor,
-    axis: usize,
+    pub(crate) condition: WaitFor,
+    pub(crate) axis: usize,
     /// When the time is up; never without a time-out.
     pub(crate) deadline_us: u64,
 }

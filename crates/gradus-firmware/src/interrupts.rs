@@ -151,6 +151,21 @@ impl Interrupts {
         self.timers.iter().fold(NEVER, |earliest, timer| earliest.min(timer.next_us.unwrap_or(NEVER)))
     }
 
+    /// The interrupts that wait for their handler, one bit each.
+    pub(crate) fn pending(&self) -> u64 {
+        self.pending
+    }
+
+    /// The enabled interrupts, one bit each, and whether they are at all.
+    pub(crate) fn enabled(&self) -> (u64, bool) {
+        (self.enabled, self.global)
+    }
+
+    /// The handler of an interrupt.
+    pub(crate) fn vector(&self, number: u8) -> Option<u16> {
+        self.vectors.get(usize::from(number)).copied().flatten()
+    }
+
     /// The handler to enter now, if one is waiting and none runs.
     pub(crate) fn next(&mut self) -> Option<u16> {
         if self.pending == 0 || self.saved.is_some() || !self.global {

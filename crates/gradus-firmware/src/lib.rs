@@ -51,6 +51,7 @@ mod supervision;
 mod ticks;
 mod tmc428;
 mod units;
+mod view;
 
 pub use eeprom::store_size;
 pub use link::{Link, LinkKind};
@@ -59,5 +60,7 @@ pub use ports::{
     AxisInputs, Bridge, CoolStep, DriverSettings, DriverState, InputCircuit, Io, NullEvent, Ports, RotorInputs,
     StealthChop, StepperStage, Store, Supply, Switches,
 };
+pub use program::State as ProgramState;
 pub use servo::Servo;
 pub use steppers::Steppers;
+pub use view::{FlagView, InterruptedView, ProgramView, Register, RegisterView, WaitView};

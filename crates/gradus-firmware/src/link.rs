@@ -19,7 +19,7 @@ pub enum LinkKind {
 const MAX_TEXT: usize = MAX_LINE + 32;
 
 /// One client of a module. The caller owns it, one for each client, and gives it to every call.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Link {
     pub(crate) id: u32,
     pub(crate) kind: LinkKind,

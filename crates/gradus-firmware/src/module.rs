@@ -32,7 +32,7 @@ pub(crate) struct Inputs {
 ///
 /// The caller hands in time as microseconds since power-on: [`poll`](Self::poll) first, then
 /// [`receive`](Self::receive) and [`transmit`](Self::transmit). Nothing in here reads a clock, allocates or panics.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Module<P: Ports, S> {
     pub(crate) catalogue: &'static catalogue::Module,
     pub(crate) ports: P,

@@ -26,11 +26,15 @@ const BREAKPOINTS: usize = 10;
 
 /// What the program does (global parameter 128).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub(crate) enum State {
+pub enum State {
+    /// It stands.
     #[default]
     Stop = 0,
+    /// It runs, or waits.
     Run = 1,
+    /// It executes one instruction, or waits (command 130).
     Step = 2,
+    /// It stands as after a reset (command 131).
     Reset = 3,
 }
 
@@ -130,6 +134,16 @@ impl Program {
         if self.wait.is_none() {
             self.at_us = now;
         }
+    }
+
+    /// Goes on at another address from now on; false for an address past the end of memory.
+    pub(crate) fn go_to(&mut self, value: i32, now: u64) -> bool {
+        let Ok(address) = self.address(value) else { return false };
+        self.cpu.registers.pc = address;
+        if self.wait.take().is_some() {
+            self.at_us = now;
+        }
+        true
     }
 
     /// True while it goes one instruction at a time: in steps, or with breakpoints.

@@ -126,7 +126,7 @@ impl Leg {
 }
 
 /// One mode without its flags.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Mode {
     legs: &'static [Leg],
     /// Left and right change places in `legs`.

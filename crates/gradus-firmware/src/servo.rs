@@ -49,7 +49,7 @@ pub(crate) enum Mode {
 }
 
 /// The axis of a servo module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Servo {
     catalogue: &'static Module,
     pub(crate) settings: Settings,

@@ -23,7 +23,7 @@ const SEVERAL: u8 = 1 << 7;
 const INTERPOLATED: u8 = 1 << 6;
 
 /// Up to three stepper axes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Steppers {
     catalogue: &'static Module,
     period: Period,

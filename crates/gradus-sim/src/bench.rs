@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use gradus_firmware::{Link, LinkKind};
+use gradus_firmware::{Link, LinkKind, ProgramView, Register};
 use gradus_plant::{Readings, STEP_US};
 use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
@@ -26,7 +26,7 @@ pub fn virtual_names() -> String {
 /// One module with its machine, in virtual time: microseconds since the bench was built.
 ///
 /// Nothing happens unless time is moved with [`run_until`](Self::run_until). Two benches that get the same calls are equal
-/// to the bit. What is to happen to the machine later can be [scheduled](Self::schedule).
+/// to the bit, and a copy is independent of its original and goes on alike. What is to happen to the machine later can be [scheduled](Self::schedule).
 ///
 /// ```
 /// use gradus_sim::{Bench, LinkKind};
@@ -39,7 +39,7 @@ pub fn virtual_names() -> String {
 /// bench.run_for(3_000_000);
 /// assert_eq!(bench.axis_parameter(0, Ap::ActualPosition), Some(51_200));
 /// ```
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Bench {
     catalogue: &'static catalogue::Module,
     now_us: u64,
@@ -52,7 +52,7 @@ pub struct Bench {
 }
 
 /// The board with and without power. The firmware's time starts anew with the power.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Board {
     On { firmware: Firmware, since_us: u64 },
     Off(Box<(Machine, Eeprom)>),
@@ -337,6 +337,28 @@ impl Bench {
         self.take(&mut link).and_then(|reply| Reply::parse(&reply).ok()).is_some_and(|reply| reply.status.is_ok())
     }
 
+    /// Returns the stored program and the state of its interpreter, to look at; `None` without power. Times in it count
+    /// from [`since_us`](Self::since_us).
+    pub fn program(&self) -> Option<ProgramView<'_>> {
+        match &self.board {
+            Board::On { firmware, .. } => Some(firmware.program_view()),
+            Board::Off(_) => None,
+        }
+    }
+
+    /// Returns when the module was switched on: its own time counts from there.
+    pub fn since_us(&self) -> Option<u64> {
+        match &self.board {
+            Board::On { since_us, .. } => Some(*since_us),
+            Board::Off(_) => None,
+        }
+    }
+
+    /// Sets a register of the program; false without power and for a program counter past the end of memory.
+    pub fn set_program(&mut self, register: Register, value: i32) -> bool {
+        self.firmware().is_some_and(|firmware| firmware.set_register(register, value))
+    }
+
     /// An axis parameter as GAP reads it; `None` without power and for what the module lacks.
     pub fn axis_parameter(&mut self, axis: usize, id: Ap) -> Option<i32> {
         self.firmware()?.get_axis(axis, id)
@@ -350,6 +372,7 @@ fn next_step(time_us: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use gradus_firmware::ProgramState;
     use gradus_plant::{Mechanics, Travel, Vane};
     use gradus_tmcl::Status;
     use gradus_tmcl::catalogue::TMCM_3351;
@@ -543,6 +566,71 @@ mod tests {
         host.tell(Opcode::MVP, 0, 0, 1000);
         host.bench.run_for(SECOND_US);
         assert_eq!(host.shaft(0), 52_200);
+    }
+
+    /// `GAP 1, 0; COMP 100; WAIT TICKS, 0, 100; CSUB 5; STOP; ADD 1; RSUB`, downloaded and started.
+    fn with_program() -> Host {
+        let mut host = Host::at(Bench::with_defaults(&TMCM_3351));
+        host.tell(Opcode::ENTER_DOWNLOAD, 0, 0, 0);
+        for (opcode, kind, motor, value) in [
+            (Opcode::GAP, 1, 0, 0),
+            (Opcode::COMP, 0, 0, 100),
+            (Opcode::WAIT, 0, 0, 100),
+            (Opcode::CSUB, 0, 0, 5),
+            (Opcode::STOP, 0, 0, 0),
+            (Opcode::CALC, 0, 0, 1),
+            (Opcode::RSUB, 0, 0, 0),
+        ] {
+            assert!(host.ask(opcode, kind, motor, value).is_some_and(|(status, _)| status == Status::LOADED));
+        }
+        host.tell(Opcode::EXIT_DOWNLOAD, 0, 0, 0);
+        host.tell(Opcode::RUN_APPLICATION, 0, 0, 0);
+        host
+    }
+
+    #[test]
+    fn program_is_looked_at_between_its_instructions() {
+        let mut host = with_program();
+        let seen = |bench: &Bench| {
+            let view = bench.program().unwrap();
+            (view.state(), view.registers().counter, view.registers().flags.less, view.wait().is_some())
+        };
+        host.bench.run_for(10);
+        assert_eq!(seen(&host.bench), (ProgramState::Run, 2, true, false));
+        host.bench.run_for(10);
+        assert_eq!(seen(&host.bench), (ProgramState::Run, 2, true, true));
+        let view = host.bench.program().unwrap();
+        assert_eq!(view.wait().unwrap().deadline_us, Some(1_000_020));
+        assert_eq!((view.due_us(), view.memory()[1].value, view.last_error()), (None, 100, None));
+        host.bench.run_until(1_000_030);
+        assert_eq!(host.bench.program().unwrap().stack(), [4]);
+        host.bench.run_for(100);
+        assert_eq!(seen(&host.bench).0, ProgramState::Stop);
+        assert_eq!(host.bench.program().unwrap().registers().accumulator, 1);
+    }
+
+    #[test]
+    fn registers_are_set_from_outside() {
+        let mut host = with_program();
+        host.bench.run_for(20);
+        assert!(host.bench.set_program(Register::Accumulator, 41));
+        assert!(host.bench.set_program(Register::Counter, 5));
+        assert!(!host.bench.set_program(Register::Counter, 6144));
+        host.bench.run_for(0);
+        assert_eq!(host.bench.program().unwrap().registers().accumulator, 42);
+    }
+
+    #[test]
+    fn copy_goes_on_alike_and_is_independent() {
+        let mut host = with_program();
+        host.tell(Opcode::MVP, 0, 1, 51_200);
+        host.bench.run_for(700_003);
+        let mut copy = host.bench.clone();
+        assert_eq!(format!("{copy:?}"), format!("{:?}", host.bench));
+        host.bench.run_for(2 * SECOND_US);
+        assert_ne!(format!("{copy:?}"), format!("{:?}", host.bench));
+        copy.run_for(2 * SECOND_US);
+        assert_eq!(format!("{copy:?}"), format!("{:?}", host.bench));
     }
 
     #[test]

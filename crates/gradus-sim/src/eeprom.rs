@@ -3,6 +3,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use gradus_firmware::{Store, store_size};
 use gradus_tmcl::catalogue::Module;
@@ -21,17 +22,29 @@ pub enum EepromError {
     Write { path: PathBuf, source: io::Error },
 }
 
-/// An EEPROM that counts the writes of each cell.
+/// Bytes of a page.
+const PAGE: usize = 32;
+
+/// An EEPROM that counts the writes of each page of 32 bytes.
+///
+/// A copy is in memory alone, and shares the pages that neither has written since: copying costs microseconds.
 ///
 /// With a file behind it every byte is in the file before [`Store::write`] returns: a killed simulator loses nothing, and
 /// [`sync`](Self::sync) keeps it even from a power cut of the computer.
 #[derive(Debug)]
 pub struct Eeprom {
-    cells: Vec<u8>,
-    writes: Vec<u32>,
+    pages: Vec<Arc<Page>>,
+    /// Bytes.
+    size: usize,
     /// Writes until the power fails.
     writes_left: Option<u64>,
     file: Option<Backing>,
+}
+
+#[derive(Clone, Debug)]
+struct Page {
+    bytes: [u8; PAGE],
+    writes: u32,
 }
 
 #[derive(Debug)]
@@ -39,6 +52,12 @@ struct Backing {
     file: File,
     path: PathBuf,
     failure: Option<io::Error>,
+}
+
+impl Clone for Eeprom {
+    fn clone(&self) -> Self {
+        Self { pages: self.pages.clone(), size: self.size, writes_left: self.writes_left, file: None }
+    }
 }
 
 fn size_for(module: &Module) -> usize {
@@ -52,12 +71,18 @@ impl Eeprom {
     }
 
     pub(crate) fn new(size: usize) -> Self {
-        Self::with_cells(vec![0xff; size])
+        let erased = Arc::new(Page { bytes: [0xff; PAGE], writes: 0 });
+        Self { pages: vec![erased; size.div_ceil(PAGE)], size, writes_left: None, file: None }
     }
 
     /// An EEPROM in memory that holds these bytes already.
-    pub fn with_cells(cells: Vec<u8>) -> Self {
-        Self { writes: vec![0; cells.len()], cells, writes_left: None, file: None }
+    pub fn with_cells(cells: &[u8]) -> Self {
+        let page = |cells: &[u8]| {
+            let mut bytes = [0xff; PAGE];
+            bytes[..cells.len()].copy_from_slice(cells);
+            Arc::new(Page { bytes, writes: 0 })
+        };
+        Self { pages: cells.chunks(PAGE).map(page).collect(), ..Self::new(cells.len()) }
     }
 
     /// The module's EEPROM in a file, which is created if it does not exist. No other process can open it meanwhile.
@@ -72,22 +97,24 @@ impl Eeprom {
         let mut file = open_locked(path)?;
         let cells = read_cells(&mut file, path, size)?;
         let backing = Backing { file, path: path.to_owned(), failure: None };
-        Ok(Self { file: Some(backing), ..Self::with_cells(cells) })
+        Ok(Self { file: Some(backing), ..Self::with_cells(&cells) })
     }
 
-    /// What the cells hold.
-    pub fn cells(&self) -> &[u8] {
-        &self.cells
+    /// Returns what the cells hold.
+    pub fn cells(&self) -> Vec<u8> {
+        let mut cells: Vec<u8> = self.pages.iter().flat_map(|page| page.bytes).collect();
+        cells.truncate(self.size);
+        cells
     }
 
-    /// How often the cell has been written; 0 past the end.
+    /// Returns how many bytes have been written to the page of an address; 0 past the end.
     pub fn writes(&self, address: u32) -> u32 {
-        self.writes.get(address as usize).copied().unwrap_or(0)
+        self.pages.get(address as usize / PAGE).map_or(0, |page| page.writes)
     }
 
-    /// How often all cells together have been written.
+    /// Returns how many bytes have been written to all pages together.
     pub fn total_writes(&self) -> u64 {
-        self.writes.iter().map(|count| u64::from(*count)).sum()
+        self.pages.iter().map(|page| u64::from(page.writes)).sum()
     }
 
     /// Cuts the power after so many writes from now on: later ones leave no trace. `None` gives it back.
@@ -137,19 +164,20 @@ impl Eeprom {
 
 impl Store for Eeprom {
     fn read(&mut self, address: u32, bytes: &mut [u8]) {
-        let cells = self.cells.get(address as usize..).unwrap_or(&[]);
         for (index, byte) in bytes.iter_mut().enumerate() {
-            *byte = cells.get(index).copied().unwrap_or(0xff);
+            let index = (address as usize).saturating_add(index);
+            *byte = self.pages.get(index / PAGE).map_or(0xff, |page| page.bytes[index % PAGE]);
         }
     }
 
     fn write(&mut self, address: u32, byte: u8) {
         let index = address as usize;
-        if index >= self.cells.len() || !self.has_power() {
+        if index >= self.size || !self.has_power() {
             return;
         }
-        self.cells[index] = byte;
-        self.writes[index] += 1;
+        let page = Arc::make_mut(&mut self.pages[index / PAGE]);
+        page.bytes[index % PAGE] = byte;
+        page.writes += 1;
         if let Some(backing) = &mut self.file {
             backing.write(address, byte);
         }
@@ -224,23 +252,35 @@ pub(crate) mod tests {
         }
         eeprom.write(4, 9);
         assert_eq!(eeprom.cells(), [0xff, 3, 0xff, 0xff]);
-        assert_eq!(([0, 1, 4].map(|address| eeprom.writes(address)), eeprom.total_writes()), ([0, 3, 0], 3));
+        assert_eq!(([0, 1, 32].map(|address| eeprom.writes(address)), eeprom.total_writes()), ([3, 3, 0], 3));
+    }
+
+    #[test]
+    fn copy_shares_what_neither_has_written() {
+        let mut eeprom = Eeprom::new(100);
+        eeprom.write(40, 1);
+        let mut copy = eeprom.clone();
+        copy.write(70, 2);
+        eeprom.write(41, 3);
+        assert_eq!((read(&mut copy, 40), read(&mut copy, 70)), ([1, 0xff], [2, 0xff]));
+        assert_eq!((read(&mut eeprom, 40), read(&mut eeprom, 70)), ([1, 3], [0xff; 2]));
+        assert!(Arc::ptr_eq(&eeprom.pages[0], &copy.pages[0]));
     }
 
     #[test]
     fn reading_past_the_end_gives_ones() {
-        let mut eeprom = Eeprom::with_cells(vec![0, 1]);
+        let mut eeprom = Eeprom::with_cells(&[0, 1]);
         assert_eq!([0, 1, 2, u32::MAX].map(|at| read(&mut eeprom, at)), [[0, 1], [1, 255], [255; 2], [255; 2]]);
     }
 
     #[test]
     fn writes_after_the_power_cut_leave_no_trace() {
-        let mut eeprom = Eeprom::with_cells(vec![0; 3]);
+        let mut eeprom = Eeprom::with_cells(&[0; 3]);
         eeprom.cut_power_after(Some(2));
         for address in 0..3 {
             eeprom.write(address, 7);
         }
-        assert_eq!((eeprom.cells(), eeprom.total_writes()), ([7, 7, 0].as_slice(), 2));
+        assert_eq!((eeprom.cells(), eeprom.total_writes()), (vec![7, 7, 0], 2));
         eeprom.cut_power_after(None);
         eeprom.write(2, 7);
         assert_eq!(eeprom.cells(), [7, 7, 7]);

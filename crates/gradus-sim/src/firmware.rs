@@ -1,6 +1,6 @@
 //! The firmware of a virtual module, whatever kind of axes it has.
 
-use gradus_firmware::{Link, Module};
+use gradus_firmware::{Link, Module, ProgramView, Register};
 use gradus_tmcl::can;
 use gradus_tmcl::catalogue::{self, Ap};
 
@@ -9,7 +9,7 @@ use crate::{Eeprom, Machine};
 
 /// The firmware of a virtual module with its machine and memory. A kind of axes is a program of its own, as it is on
 /// microcontrollers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Firmware {
     /// Of a module with stepper axes.
     Steppers(Box<Module<Machine, Eeprom>>),
@@ -84,6 +84,16 @@ impl Firmware {
     /// As [`Module::outputs`].
     pub fn outputs(&self) -> u8 {
         either!(self, module => module.outputs())
+    }
+
+    /// As [`Module::program_view`].
+    pub fn program_view(&self) -> ProgramView<'_> {
+        either!(self, module => module.program_view())
+    }
+
+    /// As [`Module::set_register`].
+    pub fn set_register(&mut self, register: Register, value: i32) -> bool {
+        either!(self, module => module.set_register(register, value))
     }
 
     /// The machine.

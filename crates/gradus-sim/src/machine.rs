@@ -199,7 +199,7 @@ impl Machine {
 }
 
 /// The machine of a servo module.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct ServoBoard(pub(crate) Machine);
 
 impl Ports for ServoBoard {

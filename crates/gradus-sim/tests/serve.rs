@@ -399,7 +399,7 @@ fn acknowledged_value_is_in_the_file() {
         ask(&mut host, Opcode::STGP, 7, 2, 0);
         // What a simulator would find that is started after this one is killed now.
         let cells = std::fs::read(&path).unwrap();
-        let later = Bench::new(&TMCM_3351, Machine::of(&TMCM_3351), Eeprom::with_cells(cells));
+        let later = Bench::new(&TMCM_3351, Machine::of(&TMCM_3351), Eeprom::with_cells(&cells));
         let later = Served::bench(later, Speed::default(), None);
         assert_eq!(ask(&mut later.tcp(), Opcode::GGP, 7, 2, 0), value);
     }
