@@ -55,12 +55,12 @@ pub trait Axes<P> {
     /// [`Status::NOT_AVAILABLE`] for a motion while the drivers are off.
     fn set(&mut self, index: usize, row: &AxisParameter, value: i32, ports: &mut P) -> Result<(), Status>;
 
-    /// Whether a parameter takes the value.
-    fn accepts(&self, _index: usize, row: &AxisParameter, value: i32) -> bool {
-        row.accepts(value)
+    /// Whether all axes that obey ROR together with this one take the speed, by the row of the target speed.
+    fn accepts_speed(&self, _index: usize, row: &AxisParameter, speed: i32) -> bool {
+        row.accepts(speed)
     }
 
-    /// ROR; speed 0 is MST.
+    /// ROR; speed 0 is MST. If one of the axes that obey cannot, none starts; so do MVP and RFS.
     ///
     /// # Errors
     /// [`Status::NOT_AVAILABLE`] while the drivers are off and the speed is not 0.

@@ -55,7 +55,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     pub(crate) fn rotate(&mut self, axis: u8, speed: i32, sign: i32) -> Result<(), Status> {
         let index = self.axis_index(axis)?;
         let speed = speed.checked_mul(sign).ok_or(Status::INVALID_VALUE)?;
-        if !self.row_of(Ap::TargetSpeed).is_some_and(|row| self.axes.accepts(index, row, speed)) {
+        if !self.row_of(Ap::TargetSpeed).is_some_and(|row| self.axes.accepts_speed(index, row, speed)) {
             return Err(Status::INVALID_VALUE);
         }
         self.axes.rotate(index, speed)?;

@@ -2,7 +2,9 @@
 //!
 //! Axes of one group (axis parameter 249) obey each other's commands, and MVP COORD leads several along a straight line.
 //!
-//! Where the manual is silent: SAP 0 and SAP 2 move their own axis only, not its group.
+//! Where the manual is silent:
+//! - SAP 0 and SAP 2 move their own axis only, not its group.
+//! - A command for several motors, a group or a mask, is checked for all of them before any starts: it is refused as a whole.
 
 use core::iter::zip;
 
@@ -66,12 +68,16 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
         self.axis_mut(index)?.set(row, value, ports.axis(index))
     }
 
-    fn accepts(&self, index: usize, row: &AxisParameter, value: i32) -> bool {
-        self.axes.get(index).is_some_and(|axis| axis.settings.accepts(row, value))
+    fn accepts_speed(&self, index: usize, row: &AxisParameter, speed: i32) -> bool {
+        members(self.group(index)).all(|axis| self.axes.get(axis).is_some_and(|axis| axis.settings.accepts(row, speed)))
     }
 
     fn rotate(&mut self, index: usize, speed: i32) -> Result<(), Status> {
-        for index in self.group(index) {
+        let motors = self.group(index);
+        if speed != 0 {
+            self.may_move(motors)?;
+        }
+        for index in members(motors) {
             self.axis_mut(index)?.rotate(speed)?;
         }
         Ok(())
@@ -92,7 +98,11 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
             Search::START | Search::STOP => {}
             _ => return Err(Status::WRONG_TYPE),
         }
-        for index in self.group(index) {
+        let motors = self.group(index);
+        if what == Search::START {
+            self.may_move(motors)?;
+        }
+        for index in members(motors) {
             let axis = self.axis_mut(index)?;
             if what == Search::START { axis.start_search()? } else { axis.stop_search() }
         }
@@ -211,7 +221,7 @@ impl Steppers {
     ) -> Result<Move, Status> {
         let index = axis_index(self.catalogue, motor)?;
         let mut targets = [None; MAX_AXES];
-        for axis in self.group(index) {
+        for axis in members(self.group(index)) {
             let wanted = target(self, axis)?;
             if let Some(target) = targets.get_mut(axis) {
                 *target = Some(wanted);
@@ -224,14 +234,21 @@ impl Steppers {
 
     /// Starts all axes that have a target; none if one cannot.
     fn start_moves(&mut self, targets: &[Option<i32>; MAX_AXES]) -> Result<Motors, Status> {
-        let mut motors = 0;
-        for (index, (axis, target)) in zip(&mut self.axes, targets).enumerate() {
+        let motors = targets.iter().rev().fold(0, |motors, target| motors << 1 | Motors::from(target.is_some()));
+        self.may_move(motors)?;
+        for (axis, target) in zip(&mut self.axes, targets) {
             if let Some(target) = target {
                 axis.move_to(*target)?;
-                motors |= 1 << index;
             }
         }
         Ok(motors)
+    }
+
+    /// # Errors
+    /// [`Status::NOT_AVAILABLE`] if one of the motors cannot start: its drivers are off or a closed loop starts up.
+    fn may_move(&self, motors: Motors) -> Result<(), Status> {
+        let all = members(motors).all(|axis| self.axes.get(axis).is_some_and(Axis::may_move));
+        if all { Ok(()) } else { Err(Status::NOT_AVAILABLE) }
     }
 
     /// Makes the motors, which stood and have their targets, arrive together. Those of an earlier line that are still under
@@ -274,7 +291,7 @@ impl Steppers {
     }
 
     /// The axis and those that share its group index, if that is not 0 (axis parameter 249).
-    fn group(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+    fn group(&self, index: usize) -> Motors {
         let group = self.axes.get(index).map_or(0, Axis::group);
         let mut motors: Motors = 1 << index;
         for (other, axis) in self.axes.iter().enumerate().take(self.catalogue.axes.into()) {
@@ -282,6 +299,6 @@ impl Steppers {
                 motors |= 1 << other;
             }
         }
-        members(motors)
+        motors
     }
 }

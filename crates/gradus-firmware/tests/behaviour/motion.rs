@@ -262,6 +262,55 @@ fn motor_stop_goes_to_the_whole_group() {
     assert_eq!(bench.all_axes(Ap::TargetSpeed), [0, 0, 30]);
 }
 
+/// A group of all motors, of which the last or the first cannot move: its closed loop still starts up.
+fn group_that_cannot_move(axis: u8) -> Bench {
+    let set_up = "SAP 249, 0, 9; SAP 249, 1, 9; SAP 249, 2, 9; SCO 5, 0, 10; SCO 5, 1, 20; SCO 5, 2, 30";
+    let mut bench = Bench::set_up(set_up);
+    bench.all(&format!("SAP 202, {axis}, 200; SAP 210, {axis}, 4000; SAP 129, {axis}, 1"));
+    bench
+}
+
+#[test]
+fn command_that_one_motor_refuses_starts_none() {
+    for command in [
+        "ROR 1, 1000",
+        "ROL 1, 1000",
+        "MVP ABS, 1, 5000",
+        "MVP REL, 1, 5000",
+        "MVP COORD, 1, 5",
+        "MVP COORD, $87, 5",
+        "MVP COORD, $47, 5",
+        "RFS START, 1",
+    ] {
+        for refuses in [0, 2] {
+            let mut bench = group_that_cannot_move(refuses);
+            assert_eq!(bench.exchange(command).0, 6, "{command}");
+            assert_eq!(bench.all_axes(Ap::TargetPosition), [0; 3], "{command}");
+            assert_eq!(bench.all_axes(Ap::TargetSpeed), [0; 3], "{command}");
+            assert_eq!(bench.ask("RFS STATUS, 1"), 0, "{command}");
+            bench.advance_us(5_000);
+            assert_eq!(bench.all_axes(Ap::ActualSpeed)[1], 0, "{command}");
+        }
+    }
+}
+
+#[test]
+fn motor_stop_of_a_group_stops_all_that_turn_though_one_cannot() {
+    let mut bench = Bench::set_up("ROR 0, 1000; ROR 1, 1000; SAP 249, 0, 9; SAP 249, 1, 9; SAP 249, 2, 9");
+    bench.all("SAP 202, 2, 200; SAP 210, 2, 4000; SAP 129, 2, 1; MST 2");
+    assert_eq!(bench.all_axes(Ap::TargetSpeed), [0; 3]);
+}
+
+#[test]
+fn speed_that_one_motor_of_a_group_does_not_take_starts_none() {
+    // In register units (255 = 0) a speed may be greater than in pps.
+    let mut bench = Bench::set_up("SAP 249, 0, 9; SAP 249, 2, 9; SAP 255, 0, 0");
+    assert_eq!(bench.exchange("ROR 0, 100000000").0, 4);
+    assert_eq!(bench.all_axes(Ap::TargetSpeed), [0; 3]);
+    bench.all("SAP 255, 2, 0; ROR 0, 100000000");
+    assert_eq!(bench.all_axes(Ap::TargetSpeed), [100_000_000, 0, 100_000_000]);
+}
+
 #[test]
 fn relative_move_of_a_group_replies_the_target_of_the_named_motor() {
     let mut bench = Bench::set_up("SAP 249, 0, 9; SAP 249, 2, 9; SAP 1, 0, 100; SAP 1, 2, 300");
