@@ -26,6 +26,25 @@ use crate::speed::Speeds;
 /// Four full steps, after which the coil vector is the same again.
 const PHASE_PERIOD: i32 = 1024;
 
+/// The part that an axis has in an interpolated move, with the number of its line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Part {
+    None,
+    /// Brakes, then waits until all motors of the line stand.
+    Waits(usize),
+    /// Follows the line in place of its own ramp.
+    Led(usize),
+}
+
+impl Part {
+    pub(crate) fn line(self) -> Option<usize> {
+        match self {
+            Self::None => None,
+            Self::Waits(line) | Self::Led(line) => Some(line),
+        }
+    }
+}
+
 /// One axis of a module.
 #[derive(Clone, Debug)]
 pub(crate) struct Axis {
@@ -33,8 +52,7 @@ pub(crate) struct Axis {
     pub(crate) derived: Derived,
     pub(crate) tick_hz: u32,
     pub(crate) ramp: Generator,
-    /// The ramp follows an interpolated line.
-    pub(crate) led: bool,
+    pub(crate) part: Part,
     pub(crate) encoder: Encoder,
     /// Closed loop or a PID mode, if one is on (axis parameter 129).
     pub(crate) closed: Option<ClosedLoop>,
@@ -65,7 +83,7 @@ impl Axis {
             ramp: Generator::new(settings.profile(tick_hz)),
             settings,
             tick_hz,
-            led: false,
+            part: Part::None,
             encoder: Encoder::default(),
             closed: None,
             speeds: Speeds::default(),
@@ -274,14 +292,24 @@ impl Axis {
         Ok(())
     }
 
-    /// Follows a line instead of its own ramp.
-    pub(crate) fn follow(&mut self) {
-        self.led = true;
+    /// MVP COORD with bit 6: comes to rest with the ramp and waits there for the other motors of a line.
+    ///
+    /// # Errors
+    /// [`Status::NOT_AVAILABLE`] while the drivers are off or a closed loop starts up.
+    pub(crate) fn join(&mut self, target: i32, line: usize) -> Result<(), Status> {
+        self.begin()?;
+        self.underway = true;
+        self.part = Part::Waits(line);
+        self.ramp.rotate(0);
+        self.ramp.set_target(target);
+        Ok(())
     }
 
-    /// The line is at its end.
-    pub(crate) fn release(&mut self) {
-        self.led = false;
+    /// All motors of the line stand: sets the course that the line needs.
+    pub(crate) fn aim(&mut self) {
+        self.held = false;
+        self.set_approach(Approach::Ramp);
+        self.ramp.move_to(self.ramp.target());
     }
 
     /// What a line has to know of the axis.
@@ -303,7 +331,7 @@ impl Axis {
         self.settings.set(Ap::TargetSpeed, 0);
         self.underway = false;
         self.held = false;
-        self.led = false;
+        self.part = Part::None;
         self.abandon_search();
         self.end_torque();
         self.ramp.hard_stop();
@@ -333,7 +361,7 @@ impl Axis {
         }
         self.errors = 0;
         self.held = false;
-        self.led = false;
+        self.part = Part::None;
         self.search = None;
         self.end_torque();
         Ok(())
@@ -361,7 +389,13 @@ impl Axis {
     /// Position reached (axis parameter 8). A motor that a stop brakes past its target has not reached it.
     #[inline]
     pub(crate) fn is_reached(&self) -> bool {
-        self.ramp.at_target() && (!self.held || self.ramp.is_idle()) && self.is_in_window()
+        self.ramp.at_target() && !self.is_waiting() && (!self.held || self.ramp.is_idle()) && self.is_in_window()
+    }
+
+    /// True while the axis waits for the other motors of a line.
+    #[inline]
+    pub(crate) fn is_waiting(&self) -> bool {
+        matches!(self.part, Part::Waits(_))
     }
 
     /// When the axis has something to do besides control ticks.
@@ -376,7 +410,7 @@ impl Axis {
         &mut self,
         now: u64,
         switches: Switches,
-        lead: impl FnOnce(&mut Generator),
+        lead: impl FnOnce(usize, &mut Generator),
         port: &mut A,
     ) -> Events {
         match self.search {
@@ -384,10 +418,9 @@ impl Axis {
             Some(_) => self.tick_search(switches, port),
         }
         let before = self.ramp.position();
-        if self.led {
-            lead(&mut self.ramp);
-        } else {
-            self.ramp.tick();
+        match self.part {
+            Part::Led(line) => lead(line, &mut self.ramp),
+            _ => self.ramp.tick(),
         }
         let moved = self.ramp.position().wrapping_sub(before);
         self.travel = self.travel.wrapping_add(moved);

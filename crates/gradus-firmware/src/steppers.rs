@@ -4,6 +4,9 @@
 //!
 //! Where the manual is silent:
 //! - SAP 0 and SAP 2 move their own axis only, not its group.
+//! - A line of motors of which some still turn (bit 6 of MVP COORD) waits: all of them come to rest with their ramps, then the
+//!   line goes straight from where they stand. Until then they are on the way to their targets, and what names one of them
+//!   takes that one out. A line under way ends for a motor with a command to that motor only; lines of other motors go beside it.
 //! - A command for several motors, a group or a mask, is checked for all of them before any starts: it is refused as a whole.
 
 use core::iter::zip;
@@ -13,7 +16,7 @@ use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::axes::{Axes, Events, Motors, Move, axis_index, members, motors};
-use crate::axis::Axis;
+use crate::axis::{Axis, Part};
 use crate::coordinates::{Coordinates, NO_COORDINATES};
 use crate::module::MAX_AXES;
 use crate::ports::{AxisInputs, Ports, StepperStage, Switches};
@@ -30,7 +33,10 @@ pub struct Steppers {
     catalogue: &'static Module,
     period: Period,
     axes: [Axis; MAX_AXES],
-    line: Option<Line<MAX_AXES>>,
+    /// Lines under way; each axis knows which one leads it. Every line has a motor of its own, so there is always a free one.
+    lines: [Option<Line<MAX_AXES>>; MAX_AXES],
+    /// A line waits for its motors to come to rest.
+    gathers: bool,
     coordinates: Coordinates,
 }
 
@@ -40,7 +46,8 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
             catalogue,
             period: Period::from_ns(catalogue.tick_us.saturating_mul(1000)),
             axes: core::array::from_fn(|_| Axis::new(catalogue)),
-            line: None,
+            lines: [None; MAX_AXES],
+            gathers: false,
             coordinates: NO_COORDINATES,
         }
     }
@@ -49,7 +56,8 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
         for axis in &mut self.axes {
             axis.restart(self.catalogue);
         }
-        self.line = None;
+        self.lines = [None; MAX_AXES];
+        self.gathers = false;
         self.coordinates = NO_COORDINATES;
     }
 
@@ -148,16 +156,17 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
 
     #[inline]
     fn begin_tick(&mut self) {
-        if let Some(line) = &mut self.line {
-            line.tick();
+        if self.gathers {
+            self.start_lines();
         }
+        self.lines.iter_mut().flatten().for_each(Line::tick);
     }
 
     #[inline]
     fn tick(&mut self, index: usize, now: u64, switches: Switches, ports: &mut P) -> Events {
-        let line = &self.line;
-        let lead = |ramp: &mut Generator| {
-            if let Some(line) = line {
+        let lines = &self.lines;
+        let lead = |line: usize, ramp: &mut Generator| {
+            if let Some(Some(line)) = lines.get(line) {
                 ramp.follow(line, index);
             }
         };
@@ -169,9 +178,12 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
 
     #[inline]
     fn end_tick(&mut self) {
-        if self.line.as_ref().is_some_and(Line::is_done) {
-            self.line = None;
-            self.axes.iter_mut().for_each(Axis::release);
+        for (number, line) in self.lines.iter_mut().enumerate() {
+            if line.as_ref().is_some_and(Line::is_done) {
+                *line = None;
+                let led = self.axes.iter_mut().filter(|axis| axis.part == Part::Led(number));
+                led.for_each(|axis| axis.part = Part::None);
+            }
         }
     }
 
@@ -189,8 +201,7 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
 
 // Positions.
 impl Steppers {
-    /// Motors of a mask with bit 6 that do not all stand go each with its own ramp; the value of the reply for a mask is the
-    /// coordinate's number.
+    /// The value of the reply for a mask is the coordinate's number.
     fn move_to_coordinate(&mut self, motor: u8, value: i32) -> Result<Move, Status> {
         if motor & (SEVERAL | INTERPOLATED) == 0 {
             return self.move_group(motor, |axes, axis| axes.coordinate(value, axis));
@@ -205,11 +216,10 @@ impl Steppers {
                 *target = Some(self.coordinate(value, axis)?);
             }
         }
-        let standing = members(motors).all(|axis| self.axes.get(axis).is_some_and(Axis::is_standing));
-        self.start_moves(&targets)?;
-        if motor & INTERPOLATED != 0 && standing {
-            self.interpolate(motors);
-        }
+        match motor & INTERPOLATED {
+            0 => self.start_moves(&targets)?,
+            _ => self.gather(&targets)?,
+        };
         Ok(Move { value, motors })
     }
 
@@ -234,7 +244,7 @@ impl Steppers {
 
     /// Starts all axes that have a target; none if one cannot.
     fn start_moves(&mut self, targets: &[Option<i32>; MAX_AXES]) -> Result<Motors, Status> {
-        let motors = targets.iter().rev().fold(0, |motors, target| motors << 1 | Motors::from(target.is_some()));
+        let motors = named(targets);
         self.may_move(motors)?;
         for (axis, target) in zip(&mut self.axes, targets) {
             if let Some(target) = target {
@@ -251,22 +261,62 @@ impl Steppers {
         if all { Ok(()) } else { Err(Status::NOT_AVAILABLE) }
     }
 
-    /// Makes the motors, which stood and have their targets, arrive together. Those of an earlier line that are still under
-    /// way go on with their own ramps: there is one line at a time.
-    fn interpolate(&mut self, motors: Motors) {
-        self.axes.iter_mut().for_each(Axis::release);
-        let mut index = 0;
-        let paths = self.axes.each_ref().map(|axis| {
-            let taking_part = motors & 1 << index != 0;
-            index += 1;
-            taking_part.then(|| axis.course())
-        });
-        self.line = Some(Line::new(paths));
-        for axis in members(motors) {
-            if let Some(axis) = self.axes.get_mut(axis) {
-                axis.follow();
+    /// Lets all axes that have a target come to rest, for a line from there; none if one cannot.
+    fn gather(&mut self, targets: &[Option<i32>; MAX_AXES]) -> Result<Motors, Status> {
+        let motors = named(targets);
+        self.may_move(motors)?;
+        members(motors).for_each(|axis| self.leave_line(axis));
+        let number = self.free_line();
+        for (axis, target) in zip(&mut self.axes, targets) {
+            if let Some(target) = target {
+                axis.join(*target, number)?;
             }
         }
+        self.gathers = true;
+        Ok(motors)
+    }
+
+    fn leave_line(&mut self, axis: usize) {
+        if let Some(axis) = self.axes.get_mut(axis) {
+            axis.part = Part::None;
+        }
+    }
+
+    /// A line that leads no axis and for which none waits.
+    fn free_line(&mut self) -> usize {
+        let is_free = |number: &usize| !self.axes.iter().any(|axis| axis.part.line() == Some(*number));
+        let number = (0..MAX_AXES).find(is_free).unwrap_or(0);
+        if let Some(line) = self.lines.get_mut(number) {
+            *line = None;
+        }
+        number
+    }
+
+    /// Starts the lines whose motors have all come to rest.
+    fn start_lines(&mut self) {
+        self.gathers = false;
+        for number in 0..MAX_AXES {
+            let waiting = || self.axes.iter().filter(|axis| axis.part == Part::Waits(number));
+            if waiting().all(Axis::is_standing) {
+                self.start_line(number);
+            } else {
+                self.gathers = true;
+            }
+        }
+    }
+
+    /// Makes the motors that wait for a line, which stand and have their targets, arrive together.
+    fn start_line(&mut self, number: usize) {
+        let waits = |axis: &Axis| axis.part == Part::Waits(number);
+        if !self.axes.iter().any(waits) {
+            return;
+        }
+        self.axes.iter_mut().filter(|axis| waits(axis)).for_each(Axis::aim);
+        let line = Line::new(self.axes.each_ref().map(|axis| waits(axis).then(|| axis.course())));
+        if let Some(place) = self.lines.get_mut(number) {
+            *place = Some(line);
+        }
+        self.axes.iter_mut().filter(|axis| waits(axis)).for_each(|axis| axis.part = Part::Led(number));
     }
 
     fn relative_target<P: Ports<Axis: AxisInputs>>(
@@ -301,4 +351,9 @@ impl Steppers {
         }
         motors
     }
+}
+
+/// The motors that have a target.
+fn named(targets: &[Option<i32>; MAX_AXES]) -> Motors {
+    targets.iter().rev().fold(0, |motors, target| motors << 1 | Motors::from(target.is_some()))
 }

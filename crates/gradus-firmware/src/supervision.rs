@@ -4,7 +4,7 @@ use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::axes::Events;
-use crate::axis::Axis;
+use crate::axis::{Axis, Part};
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
 use crate::settings::Stop;
@@ -83,7 +83,9 @@ impl Axis {
     }
 
     fn hold(&mut self, stop: Stop) {
-        self.led = false;
+        if matches!(self.part, Part::Led(_)) {
+            self.part = Part::None;
+        }
         self.end_torque();
         match stop {
             Stop::Hard => self.ramp.hard_stop(),
@@ -93,7 +95,9 @@ impl Axis {
     }
 
     fn resume(&mut self) {
-        if self.underway {
+        if self.is_waiting() {
+            self.ramp.rotate(0);
+        } else if self.underway {
             self.ramp.move_to(self.ramp.target());
         } else {
             self.ramp.rotate(self.settings.get(Ap::TargetSpeed));

@@ -16,7 +16,7 @@ use gradus_motion::{Approach, Generator, Tmc428Limits, Tmc428Units};
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, MotionChip};
 
-use crate::axis::Axis;
+use crate::axis::{Axis, Part};
 use crate::encoder::OnNull;
 use crate::ports::{AxisInputs, NullEvent, StepperStage, Switches};
 use crate::settings::Settings;
@@ -128,7 +128,7 @@ impl Axis {
     /// so that a program does not take it for one that stands.
     pub(crate) fn actual_speed(&self) -> i32 {
         match self.ramp {
-            Generator::Tmc428(ramp) if ramp.speed() == 0 && !ramp.is_idle() && !self.led => {
+            Generator::Tmc428(ramp) if ramp.speed() == 0 && !ramp.is_idle() && !matches!(self.part, Part::Led(_)) => {
                 let mut next = ramp;
                 next.tick();
                 next.speed()

@@ -203,6 +203,133 @@ fn second_line_lets_the_first_one_end() {
     assert_eq!(bench.positions(), [20_000, 3_000, 9_000]);
 }
 
+/// Whether two axes keep the proportion of a line from one sample to the end.
+fn is_straight(samples: &[Sample], [a, b]: [usize; 2]) -> bool {
+    let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return false };
+    let way = |sample: &Sample, axis: usize| f64::from(sample.positions[axis] - first.positions[axis]);
+    let proportion = way(last, b) / way(last, a);
+    samples.iter().all(|sample| (way(sample, a) * proportion - way(sample, b)).abs() <= 1.5)
+}
+
+/// The samples from the first one on in which no axis turns.
+fn from_rest(samples: &[Sample]) -> &[Sample] {
+    let rest = samples.iter().position(|sample| sample.turning == [false; 3]).expect("they never rest");
+    &samples[rest..]
+}
+
+#[test]
+fn line_of_moving_motors_begins_when_all_have_come_to_rest() {
+    for turning_motors in ["ROR 0, 50000", "ROR 0, 50000; ROL 1, 20000", "MVP ABS, 2, 30000; ROL 0, 40000; ROR 1, 900"]
+    {
+        let mut bench = Bench::fast();
+        bench.all(TARGETS);
+        bench.all(turning_motors);
+        bench.advance_ms(100);
+        assert_eq!(bench.ask("MVP COORD, $47, 1"), 1);
+        assert_eq!(bench.all_axes(Ap::TargetPosition), [20_000, -5_000, 8_000]);
+        assert_eq!(bench.all_axes(Ap::PositionReached), [0; 3]);
+        let samples = sample(&mut bench);
+        assert_eq!(bench.positions(), [20_000, -5_000, 8_000]);
+        let line = from_rest(&samples);
+        assert!(line.len() > 1000 && is_straight(line, [0, 1]) && is_straight(line, [0, 2]), "{turning_motors}");
+        let [first, second, third] = self::turning(line);
+        assert!(first == second && second == third, "{first:?} {second:?} {third:?}");
+    }
+}
+
+#[test]
+fn motors_come_to_rest_at_once_before_their_line() {
+    let mut bench = Bench::fast();
+    bench.all(TARGETS);
+    bench.ask("ROR 0, 100000");
+    bench.advance_ms(500);
+    bench.ask("MVP COORD, $47, 1");
+    bench.advance_ms(99);
+    assert!(bench.get(3, 0) > 0, "100000 pps at 1000000 pps^2 take 100 ms to brake");
+    assert_eq!(bench.positions()[1..], [0; 2], "the others wait");
+    bench.advance_ms(10);
+    assert!(bench.positions()[1] < 0 && bench.get(3, 0) < 0);
+}
+
+#[test]
+fn motor_that_waits_for_its_line_has_not_arrived() {
+    let mut bench = Bench::fast();
+    bench.all("SCO 1, 0, 20000; SCO 1, 1, 0; SCO 1, 2, 0; ROR 0, 100000");
+    bench.advance_ms(500);
+    assert_eq!(bench.control(138, 0, 2), (100, 2));
+    bench.ask("MVP COORD, $43, 1");
+    bench.advance_ms(50);
+    assert_eq!((bench.peek(1, Ap::PositionReached), bench.drain().len()), (0, 0), "motor 1 stands on its target");
+    bench.advance_ms(100);
+    assert_eq!((bench.peek(1, Ap::PositionReached), bench.drain().len()), (1, 1));
+}
+
+#[test]
+fn command_takes_a_waiting_motor_out_of_its_line() {
+    for (command, expected) in [("MST 1", 0), ("MVP ABS, 1, 300", 300), ("ROR 1, 0", 0)] {
+        let mut bench = Bench::fast();
+        bench.all(TARGETS);
+        bench.ask("ROR 0, 100000");
+        bench.advance_ms(500);
+        bench.ask("MVP COORD, $47, 1");
+        bench.advance_ms(10);
+        bench.ask(command);
+        bench.until(5_000, |bench| bench.peek(0, Ap::PositionReached) == 1 && bench.peek(2, Ap::PositionReached) == 1);
+        assert_eq!(bench.positions(), [20_000, expected, 8_000], "{command}");
+    }
+    let mut bench = Bench::fast();
+    bench.all(TARGETS);
+    bench.ask("ROR 0, 100000");
+    bench.advance_ms(500);
+    bench.ask("MVP COORD, $47, 1");
+    bench.advance_ms(10);
+    bench.ask("MST 0");
+    bench.advance_ms(1_000);
+    let [x, y, z] = bench.positions();
+    assert!(x > 20_000 && (y, z) == (-5_000, 8_000), "{x} {y} {z}: the line goes without the motor that left");
+}
+
+#[test]
+fn line_of_other_motors_does_not_end_one_under_way() {
+    let mut bench = Bench::fast();
+    bench.all("SCO 1, 0, 20000; SCO 1, 1, -5000; SCO 2, 2, 30000");
+    bench.ask("MVP COORD, $43, 1");
+    bench.advance_ms(100);
+    bench.ask("MVP COORD, $44, 2");
+    let samples = sample(&mut bench);
+    assert!(is_straight(&samples, [0, 1]));
+    let [first, second, _] = turning(&samples);
+    assert_eq!(first, second, "they arrive together");
+    assert_eq!(bench.positions(), [20_000, -5_000, 30_000]);
+}
+
+#[test]
+fn lines_can_be_as_many_as_motors() {
+    let mut bench = Bench::fast();
+    bench.all("SCO 1, 0, 20000; SCO 1, 1, -5000; SCO 1, 2, 8000; SCO 2, 0, -700; SCO 2, 1, 900");
+    for command in ["$47, 1", "$44, 1", "$42, 1", "$41, 1", "$43, 2", "$44, 1", "$41, 1", "$42, 1"] {
+        bench.ask(&format!("MVP COORD, {command}"));
+        bench.advance_ms(30);
+    }
+    sample(&mut bench);
+    assert_eq!(bench.positions(), [20_000, -5_000, 8_000]);
+}
+
+#[test]
+fn stop_switch_in_the_way_of_a_waiting_motor_holds_it_and_lets_the_line_go() {
+    let mut bench = Bench::fast();
+    bench.all(TARGETS);
+    bench.all("SAP 13, 1, 3; ROR 0, 100000");
+    bench.stage(1).switches.left = true;
+    bench.advance_ms(500);
+    bench.ask("MVP COORD, $47, 1");
+    bench.advance_ms(2_000);
+    assert_eq!(bench.positions(), [20_000, 0, 8_000]);
+    bench.stage(1).switches.left = false;
+    bench.advance_ms(2_000);
+    assert_eq!(bench.positions(), [20_000, -5_000, 8_000]);
+}
+
 #[test]
 fn line_of_moving_motors_still_arrives() {
     let mut bench = Bench::fast();
