@@ -15,6 +15,7 @@ use std::time::{Duration, Instant};
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::{Instruction, checksum};
 
+use crate::link::GRACE;
 use crate::url::Bus;
 use crate::verdict::{Form, form};
 use crate::{Address, Heard, Link, Nature};
@@ -109,6 +110,9 @@ impl Link for CanLink {
                 Some(frame) => {
                     if let Some(bytes) = self.datagram(&frame) {
                         return Ok(Heard::Datagram(bytes));
+                    }
+                    if self.now() > deadline + GRACE {
+                        return Ok(Heard::Nothing);
                     }
                 }
             }

@@ -39,6 +39,17 @@ pub enum Error {
         /// What to check on this kind of line.
         check: &'static str,
     },
+    /// The other end never stops sending, so that no answer can be told apart.
+    #[error(
+        "{port}: the other end has been sending for {} ms without a pause and answers nothing; is it a TMCL module, and is the \
+         baud rate right?", waited.as_millis()
+    )]
+    Babble {
+        /// The port.
+        port: String,
+        /// How long the session listened.
+        waited: Duration,
+    },
     /// A request got no answer in time. It may have been executed.
     #[error(
         "{port}: no answer to `{request}` within {} ms{}; it may have been executed, and its reply suppressed \

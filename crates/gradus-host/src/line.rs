@@ -12,7 +12,7 @@ use gradus_tmcl::can::Frame;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, checksum};
 
 use crate::can::CanLink;
-use crate::link::Framed;
+use crate::link::{Framed, GRACE};
 use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
@@ -215,8 +215,12 @@ impl Wire {
         }
     }
 
-    /// What comes next; `None`: an event, which is kept.
+    /// What comes next; `None`: an event, which is kept. Whoever asks again and again with the same deadline hears nothing more
+    /// from [`GRACE`] after it on, so that every wait ends.
     pub fn receive(&mut self, deadline: Duration, port: &str) -> Result<Option<Heard>, Error> {
+        if self.link.now() > deadline + GRACE {
+            return Ok(Some(Heard::Nothing));
+        }
         let heard = self.link.receive(deadline).map_err(|error| Error::Broken { port: port.into(), error })?;
         if self.trace.is_some() {
             self.record_heard(&heard);

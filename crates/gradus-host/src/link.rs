@@ -14,6 +14,9 @@ use gradus_tmcl::{Instruction, Request};
 /// thrown away an unfinished datagram.
 pub(crate) const SILENCE: Duration = Duration::from_millis(60);
 
+/// What is there already is taken though the deadline has passed, but no longer than this: a peer may never stop sending.
+pub(crate) const GRACE: Duration = Duration::from_millis(60);
+
 /// Where requests go, and where answers come from.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Address {
@@ -62,7 +65,7 @@ pub trait Link: Send {
     fn send(&mut self, to: Address, instruction: Instruction) -> io::Result<()>;
 
     /// Waits for a datagram, at most until `deadline` on the clock of [`now`](Self::now). What is there already is taken
-    /// even if the deadline has passed.
+    /// even if the deadline has passed; a peer that never stops sending does not hold it up.
     ///
     /// # Errors
     /// When the line is broken or the other end has closed it.

@@ -18,7 +18,7 @@ use crate::{Address, Error, Heard, Session};
 const PROBE_TYPE: u8 = 255;
 /// How often a module is probed before it counts as absent.
 const PROBES: usize = 3;
-/// How long a line may babble before the session probes all the same.
+/// How long a line may babble before the session probes all the same; no longer than an answer may take.
 const LONGEST_NOISE: Duration = Duration::from_secs(1);
 
 impl Session {
@@ -34,6 +34,7 @@ impl Session {
                 return Ok(());
             }
             self.wait_for_silence(wire)?;
+            self.drain(wire)?;
         }
         if self.probe_mute(wire)? {
             self.in_step = Some(wire.doubts);
@@ -45,9 +46,14 @@ impl Session {
         Err(Error::NoModule { port: self.line.port().into(), address, check: nature.check })
     }
 
-    /// Reads what has come unasked.
+    /// Reads what has come unasked. A line that never has a pause is an error after the time of an answer.
     pub(crate) fn drain(&mut self, wire: &mut Wire) -> Result<(), Error> {
-        while self.listen(wire, wire.link.now())? {}
+        let give_up = wire.link.now() + self.timeout;
+        while self.listen(wire, wire.link.now())? {
+            if wire.link.now() > give_up {
+                return Err(Error::Babble { port: self.line.port().into(), waited: self.timeout });
+            }
+        }
         Ok(())
     }
 
@@ -118,7 +124,7 @@ impl Session {
     }
 
     fn wait_for_silence(&mut self, wire: &mut Wire) -> Result<(), Error> {
-        let give_up = wire.link.now() + LONGEST_NOISE;
+        let give_up = wire.link.now() + LONGEST_NOISE.min(self.timeout);
         while wire.link.now() < give_up && wire.hear(wire.link.now() + SILENCE, self.line.port())? != Heard::Nothing {}
         Ok(())
     }

@@ -9,6 +9,8 @@ use crate::link::received;
 
 /// How long opening a connection may take.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(3);
+/// How long the other end may leave unread what it is sent.
+const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 /// The shortest time-out that a socket takes; zero would mean none at all.
 const SHORTEST_WAIT: Duration = Duration::from_micros(1);
 
@@ -33,6 +35,7 @@ fn connect(host: &str, port: u16) -> io::Result<net::TcpStream> {
         match net::TcpStream::connect_timeout(&address, CONNECT_TIMEOUT) {
             Ok(stream) => {
                 stream.set_nodelay(true)?;
+                stream.set_write_timeout(Some(SEND_TIMEOUT))?;
                 return Ok(stream);
             }
             Err(error) => last = error,

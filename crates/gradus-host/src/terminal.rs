@@ -12,10 +12,13 @@ use gradus_tmcl::catalogue::{MODULES, Module};
 use gradus_tmcl::{Instruction, Opcode, Status};
 
 use crate::line::stream;
-use crate::link::Framed;
+use crate::link::{Framed, GRACE};
 use crate::refusal::reason;
 use crate::sim::SimStream;
 use crate::{Address, Error, Heard, Link, Stream, Url};
+
+/// The longest line that can be a reply; what is longer is no line of a module.
+const LONGEST: usize = 256;
 
 /// Command 139.
 const ENTER: Instruction = Instruction::new(Opcode::ASCII_MODE, 0, 0, 0);
@@ -147,18 +150,20 @@ impl Terminal {
     fn hear(&mut self, request: &str) -> Result<Reply, Error> {
         let deadline = self.framed.now() + self.timeout;
         let mut line = Vec::new();
-        loop {
+        while self.framed.now() <= deadline + GRACE {
             let mut byte = [0];
             match self.framed.stream.receive(&mut byte, deadline).map_err(|error| self.broken(error))? {
                 0 if self.framed.now() < deadline => {}
-                0 => return Err(self.silent(request)),
+                0 => break,
                 _ if byte == [CR] => match Reply::parse(&line) {
                     Some(reply) => return Ok(reply),
                     None => line.clear(),
                 },
-                _ => line.extend(byte),
+                _ if line.len() < LONGEST => line.extend(byte),
+                _ => {}
             }
         }
+        Err(self.silent(request))
     }
 
     fn letter(&self) -> Result<u8, Error> {

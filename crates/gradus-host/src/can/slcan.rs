@@ -9,6 +9,7 @@ use gradus_tmcl::slcan::{Command, LineReader, Text};
 
 use super::FramePort;
 use crate::Stream;
+use crate::link::GRACE;
 use crate::serial::SerialStream;
 use crate::tcp::TcpStream;
 use crate::url::SlcanPlace;
@@ -64,9 +65,10 @@ impl<S: Stream> Slcan<S> {
         }
     }
 
-    /// The next line that comes before the deadline; `Err(())` is the adapter's "no".
+    /// The next line that comes before the deadline; `Err(())` is the adapter's "no". A peer that never ends its line, or sends
+    /// line after line, is listened to for [`GRACE`] past the deadline.
     fn next(&mut self, deadline: Duration) -> io::Result<Option<Result<Command, ()>>> {
-        loop {
+        while self.stream.now() <= deadline + GRACE {
             while let Some(byte) = self.pending.pop_front() {
                 if let Some(line) = self.reader.push(byte) {
                     return Ok(Some(line.map_err(|_| ())));
@@ -78,6 +80,7 @@ impl<S: Stream> Slcan<S> {
                 count => self.pending.extend(&buffer[..count]),
             }
         }
+        Ok(None)
     }
 }
 

@@ -11,6 +11,7 @@ use gradus_tmcl::can::Frame;
 
 use super::FramePort;
 use crate::Stream;
+use crate::link::GRACE;
 use crate::tcp::TcpStream;
 
 /// How long the server may take to open its bus.
@@ -74,7 +75,7 @@ impl FramePort for Socketcand {
 
     fn receive(&mut self, wait: Duration) -> io::Result<Option<Frame>> {
         let deadline = self.stream.now() + wait;
-        loop {
+        while self.stream.now() <= deadline + GRACE {
             match self.next(deadline.saturating_sub(self.stream.now()))? {
                 None => return Ok(None),
                 Some(text) => {
@@ -84,6 +85,7 @@ impl FramePort for Socketcand {
                 }
             }
         }
+        Ok(None)
     }
 }
 
