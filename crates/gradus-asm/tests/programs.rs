@@ -1,4 +1,5 @@
-//! The programs of the manuals: `examples/` of this project and, where they are present, the reference copies.
+//! The programs of `examples/`; those of the manuals against `manual-programs.csv`, which has their commands as bytes: number, type,
+//! motor, value.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +9,7 @@ use gradus_tmcl::catalogue::{MODULES, Module};
 use gradus_tmcl::{Instruction, Request};
 
 const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
-const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference");
+const VECTORS: &str = include_str!("../../gradus-tmcl/tests/vectors.csv");
 
 fn assembled(path: &Path, module: &'static Module) -> Assembly {
     let text = fs::read(path).unwrap();
@@ -39,19 +40,10 @@ fn examples() -> impl Iterator<Item = (PathBuf, &'static Module)> {
     })
 }
 
-/// The reference programs with their modules; `tmcm351rev106-...` is one for the TMCM-351.
-fn reference() -> impl Iterator<Item = (PathBuf, &'static Module)> {
-    programs(&format!("{REFERENCE}/programs")).into_iter().map(|path| {
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        let number = name.trim_start_matches("tmcm").split(['-', 'r']).next().unwrap().to_owned();
-        (path, Module::named(&format!("TMCM-{number}")).unwrap())
-    })
-}
-
 #[test]
 fn every_program_assembles_for_its_module() {
     let mut count = 0;
-    for (path, module) in examples().chain(reference()) {
+    for (path, module) in examples() {
         let assembly = assembled(&path, module);
         assert!(!assembly.has_errors(), "{}: {:#?}", path.display(), assembly.problems);
         // The programs of the TMCM-1617 manual use numbers of stepper modules, which can only be read there.
@@ -63,15 +55,21 @@ fn every_program_assembles_for_its_module() {
 }
 
 #[test]
-fn the_examples_are_the_programs_of_the_manuals() {
-    let examples: Vec<_> = examples().map(|(path, module)| (module.name, assembled(&path, module).program)).collect();
-    for (path, module) in reference() {
-        // There the three names of TMCLParam.tmc have the numbers of the stepper modules.
-        let text = fs::read(&path).unwrap();
-        let built_in = |_: &Path| Err(std::io::ErrorKind::NotFound.into());
-        let program = assemble(&path, &text, module, &Options::default(), &built_in).program;
-        assert!(examples.contains(&(module.name, program)), "{}", path.display());
+fn examples_that_a_manual_prints_are_its_programs() {
+    let mut count = 0;
+    for row in include_str!("manual-programs.csv").lines().skip(1) {
+        let [module, section, example, program] = row.split(',').collect::<Vec<_>>().try_into().unwrap();
+        let ours = assembled(&Path::new(EXAMPLES).join(example), Module::named(module).unwrap()).program;
+        let ours: Vec<String> = ours.iter().map(hexadecimal).collect();
+        assert_eq!(ours.join(" "), program, "{example} is section {section} of the manual of the {module}");
+        count += 1;
     }
+    assert_eq!(count, 33);
+}
+
+fn hexadecimal(instruction: &Instruction) -> String {
+    let Instruction { opcode, kind, motor, value } = instruction;
+    format!("{:02X}{kind:02X}{motor:02X}{value:08X}", opcode.0)
 }
 
 #[test]
@@ -87,9 +85,8 @@ fn every_program_is_disassembled_into_the_same_program() {
 
 #[test]
 fn every_command_of_the_vectors_is_assembled_to_its_bytes() {
-    let Ok(vectors) = fs::read_to_string(format!("{REFERENCE}/vectors.csv")) else { return };
     let mut count = 0;
-    for row in vectors.lines().skip(1) {
+    for row in VECTORS.lines().skip(1) {
         let Some((module, mnemonic, bytes)) = command(row) else { continue };
         let datagram: Vec<_> = bytes.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
         let wanted = Request::parse(&datagram.try_into().unwrap()).unwrap().instruction;
