@@ -9,7 +9,7 @@ use gradus_sim::{Bench, BusKind, Can, Endpoint, Options, Rig, Server};
 use gradus_tmcl::catalogue::{Gp, TMCM_3351};
 
 #[test]
-#[ignore = "needs the CAN interface can0: conformance/can-vm has one"]
+#[ignore = "needs can0: conformance/can-vm has it"]
 fn sessions_talk_to_modules_on_a_can_interface() {
     let mut rig = Rig::default();
     let bus = rig.add_bus("can", BusKind::Can(Can { bit_rate: 1_000_000, timing: false }));

@@ -27,7 +27,7 @@ fn ask(socket: &CanSocket, id: Id, data: &[u8]) -> (Id, Vec<u8>) {
 }
 
 #[test]
-#[ignore = "needs the CAN interface can0: conformance/can-vm has one"]
+#[ignore = "needs can0: conformance/can-vm has it"]
 fn modules_answer_on_a_can_interface() {
     let mut rig = Rig::default();
     let bus = rig.add_bus("can", BusKind::Can(Can::DEFAULT));

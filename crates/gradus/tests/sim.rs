@@ -5,11 +5,15 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use gradus_host::Session;
 use gradus_tmcl::catalogue::{Ap, Gp};
 use gradus_tmcl::{Instruction, Opcode};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+use signal_hook::flag;
 
 const GRADUS: &str = env!("CARGO_BIN_EXE_gradus");
 
@@ -96,8 +100,21 @@ fn both_endpoints_lead_to_one_module_and_its_memory_survives() {
     sim.stop();
 }
 
+/// Programs that are started from here on begin with these signals as a terminal gives them. What the tests themselves were
+/// started under ignores some, as nohup does and a shell in the background, and a program inherits that; a signal with a handler
+/// it does not.
+fn signals_as_in_a_terminal() {
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        flag::register(signal, Arc::default()).unwrap();
+    }
+    for signal in [SIGINT, SIGTERM] {
+        flag::register_conditional_default(signal, Arc::new(AtomicBool::new(true))).unwrap();
+    }
+}
+
 #[test]
 fn each_signal_ends_it_cleanly_and_removes_the_link() {
+    signals_as_in_a_terminal();
     for signal in ["INT", "TERM", "HUP"] {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("tmcm");
