@@ -57,8 +57,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         match exit {
             Exit::Time => true,
             Exit::End => {
-                // Global parameter 130 stays in its range.
-                self.program.cpu.registers.pc = 0;
+                self.program.wrap_counter();
                 self.program.stop();
                 false
             }
@@ -93,7 +92,9 @@ impl<P: Ports, S: Store> Module<P, S> {
     fn execute_in_program(&mut self, instruction: &Instruction) -> Result<(), Status> {
         match instruction.opcode {
             Opcode::STOP => {
+                self.advance();
                 self.program.stop();
+                self.program.wrap_counter();
                 return Ok(());
             }
             Opcode::RST => {

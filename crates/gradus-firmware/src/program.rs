@@ -3,7 +3,8 @@
 //! Where the manual is silent:
 //! - Command 129 with an address leaves an interrupt handler in which the program was stopped; the stack stays.
 //! - Command 131 clears everything of the interrupts, the trigger transitions of bank 3 included.
-//! - After STOP the program counter is at the STOP; command 129 type 0 meets it again.
+//! - After the instruction STOP the program counter is behind it, and command 129 type 0 goes on there: a host restarts a program
+//!   that way after every move. Behind the last address of memory is 0. Command 128 leaves the counter where it is.
 //! - Command 137 keeps the program, but erases one that is protected against disassembling: its protection ends.
 
 use gradus_tmcl::catalogue::{Gp, Model};
@@ -108,6 +109,13 @@ impl Program {
         self.state = State::Stop;
         self.wait = None;
         self.at_us = NEVER;
+    }
+
+    /// Behind the last address of memory is 0: global parameter 130 stays in its range.
+    pub(crate) fn wrap_counter(&mut self) {
+        if usize::from(self.cpu.registers.pc) >= self.len {
+            self.cpu.registers.pc = 0;
+        }
     }
 
     /// Program counter, stack, registers and flags to zero.

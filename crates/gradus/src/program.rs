@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use gradus_asm::{Assembly, Options, Problem, Source, Style, assemble, from_bin, render};
-use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::Module;
+use gradus_tmcl::{Instruction, Opcode};
 
 use crate::complain;
 
@@ -29,6 +29,13 @@ impl Program {
         }
         let assembly = assemble_file(file, module, options)?;
         Ok(Self { commands: assembly.program.clone(), assembly: Some(assembly) })
+    }
+
+    /// The address at which the program stopped, by the program counter: a STOP lies before the counter.
+    pub fn stopped_at(&self, counter: i32) -> i32 {
+        let before = counter.checked_sub(1).and_then(|address| usize::try_from(address).ok());
+        let is_stop = before.and_then(|address| self.commands.get(address)).is_some_and(|it| it.opcode == Opcode::STOP);
+        if is_stop { counter - 1 } else { counter }
     }
 
     /// File, line and text of the command at an address, if the source is known.

@@ -132,8 +132,8 @@ fn examples() -> BTreeSet<String> {
 /// 1 while the program runs.
 const RUNS: &str = "GGP 128, 0";
 
-/// The address of the STOP where the program has ended; a number above 65535 while it runs.
-const STOPPED_AT: &str = "DATA 135, 1, 0, 0";
+/// The address behind the STOP where the program has ended; a number above 65535 while it runs.
+const STOPPED_BEHIND: &str = "DATA 135, 1, 0, 0";
 
 /// All outputs, bit 0 is OUT0.
 const OUTPUTS: &str = "GIO 255, 2";
@@ -150,7 +150,7 @@ const TIMERS: &[Row] = &[
 ];
 
 /// Both branches of a comparison end at the same place.
-const ENDS_AT_3: &[Row] = &[Reads(1.0, STOPPED_AT, 3)];
+const ENDS_BEHIND_3: &[Row] = &[Reads(1.0, STOPPED_BEHIND, 4)];
 
 #[test]
 fn examples_do_what_they_say() {
@@ -185,7 +185,7 @@ fn examples_do_what_they_say() {
                 Reads(2_900.0, "GAP 4, 2", 51_200),
                 Reads(3_100.0, "GAP 4, 2", 400),
                 Reads(4_100.0, "GAP 4, 1", 800),
-                Reads(5_100.0, STOPPED_AT, 11),
+                Reads(5_100.0, STOPPED_BEHIND, 12),
                 Reads(5_100.0, "GGP 1, 2", 1_600),
                 Turns(4_000.0 + Ramp { speed: 800.0, ..FACTORY }.ms(51_200.0), "GAP 8, 1", 0, 1),
                 Turns(3_000.0 + Ramp { speed: 400.0, ..FACTORY }.ms(51_200.0), "GAP 8, 2", 0, 1),
@@ -227,8 +227,8 @@ fn examples_do_what_they_say() {
                 Reads(2_100.0, "GAP 4, 0", 600_000),
             ],
         ),
-        ("compare", 0, ENDS_AT_3),
-        ("conditional-jump", 0, &[Reads(1.0, STOPPED_AT, 4), Reads(1.0, "GAP 2, 0", -1_000)]),
+        ("compare", 0, ENDS_BEHIND_3),
+        ("conditional-jump", 0, &[Reads(1.0, STOPPED_BEHIND, 5), Reads(1.0, "GAP 2, 0", -1_000)]),
         (
             "copy-inputs",
             0,
@@ -291,7 +291,7 @@ fn examples_do_what_they_say() {
                 Turns(7_000.0, "GGP 42, 2", 100, 99),
                 Turns(350_000.0, "GAP 0, 0", 50 * 51_200, 51 * 51_200),
                 Turns(700_000.0, "GGP 42, 2", 1, 0),
-                Reads(700_010.0, STOPPED_AT, 5),
+                Reads(700_010.0, STOPPED_BEHIND, 6),
                 Reads(700_010.0, "GAP 1, 0", 100 * 51_200),
             ],
         ),
@@ -308,14 +308,14 @@ fn examples_do_what_they_say() {
             &[
                 Turns(routine_ms, "GAP 0, 0", 1_000, 0),
                 Turns(2.0 * routine_ms, "GAP 8, 0", 0, 1),
-                Reads(1_000.0, STOPPED_AT, 7),
+                Reads(1_000.0, STOPPED_BEHIND, 8),
                 Reads(1_000.0, "DATA 129, 1, 0, 1", 1),
                 Reads(1_900.0, "GAP 3, 0", -500),
-                Reads(3_000.0, STOPPED_AT, 11),
+                Reads(3_000.0, STOPPED_BEHIND, 12),
                 Reads(3_000.0, "GAP 1, 0", -501),
                 Reads(3_000.0, "DATA 129, 1, 0, 2", 2),
                 Reads(9_900.0, "GAP 3, 0", 1_000),
-                Reads(11_000.0, STOPPED_AT, 15),
+                Reads(11_000.0, STOPPED_BEHIND, 16),
                 Reads(11_000.0, "GAP 1, 0", 6_499),
                 Reads(11_000.0, "DATA 129, 1, 0, 0", 0),
                 Reads(11_100.0, "GAP 0, 0", 1_000),
@@ -356,7 +356,7 @@ fn examples_do_what_they_say() {
                 Turns(43_000.0 + FACTORY.ms(1_024_000.0), "GAP 0, 0", 512_000, -512_000),
             ],
         ),
-        ("variables", 0, &[Reads(1.0, STOPPED_AT, 4), Reads(1.0, "GGP 42, 2", 2_468)]),
+        ("variables", 0, &[Reads(1.0, STOPPED_BEHIND, 5), Reads(1.0, "GGP 42, 2", 2_468)]),
     ];
 
     assert_eq!(cases.iter().map(|(example, ..)| (*example).to_owned()).collect::<BTreeSet<_>>(), examples());
@@ -390,7 +390,7 @@ fn place(rig: &mut Rig, travel_per_turn: f64) -> f64 {
 fn stage_finds_the_middle_of_its_home_switch() {
     let mut rig = rig_on("linear-stage", "home");
     rig.run_until(7_500.0);
-    assert_eq!(rig.ask(STOPPED_AT), 10);
+    assert_eq!(rig.ask(STOPPED_BEHIND), 11);
     assert!((place(&mut rig, 5.0) - 50.0).abs() < 0.005, "at {} mm, not 50", place(&mut rig, 5.0));
 }
 

@@ -62,10 +62,60 @@ fn stopped_program_keeps_its_counter_and_goes_on_from_there() {
 }
 
 #[test]
-fn stop_leaves_the_program_counter_where_it_is() {
+fn stop_leaves_the_program_counter_behind_it() {
     let mut bench = Bench::new();
-    bench.run("CALC LOAD, 1; STOP; CALC LOAD, 2");
-    assert_eq!((bench.program_counter(), bench.accumulator()), (1, 1));
+    bench.run("CALC LOAD, 1; STOP; CALC LOAD, 2; STOP; STOP");
+    assert_eq!((bench.program_counter(), bench.accumulator()), (2, 1));
+    bench.control(RUN, 0, 0);
+    bench.advance_ms(1);
+    assert_eq!((bench.program_counter(), bench.accumulator(), bench.global(128, 0)), (4, 2, 0));
+}
+
+#[test]
+fn program_that_moves_and_stops_goes_on_with_each_command_129() {
+    let mut bench = Bench::fast();
+    bench.start("MVP REL, 0, 100; WAIT POS, 0, 0; STOP; JA 0");
+    for position in [100, 200, 300] {
+        bench.advance_ms(1_000);
+        assert_eq!((bench.get(1, 0), bench.global(128, 0)), (position, 0));
+        bench.control(RUN, 0, 0);
+    }
+}
+
+#[test]
+fn command_128_leaves_the_program_counter_where_it_is() {
+    let mut bench = Bench::new();
+    bench.start("WAIT TICKS, 0, 100; STOP");
+    bench.advance_ms(1);
+    bench.control(STOP, 0, 0);
+    assert_eq!(bench.program_counter(), 0);
+    bench.control(RUN, 0, 0);
+    bench.advance_ms(999);
+    assert_eq!((bench.program_counter(), bench.is_running()), (0, true), "the WAIT begins anew");
+}
+
+#[test]
+fn stop_in_a_handler_can_be_gone_on_from() {
+    let mut bench = Bench::new();
+    bench.start("VECT 0, 5; SGP 0, 3, 5; EI 0; EI 255; JA 4; STOP; CALCV ADD, 1, 1; RETI");
+    bench.advance_ms(6);
+    assert_eq!((bench.program_counter(), bench.variable(1), bench.global(128, 0)), (6, 0, 0));
+    bench.control(RUN, 0, 0);
+    bench.advance_ms(1);
+    assert_eq!((bench.program_counter(), bench.variable(1)), (4, 1));
+}
+
+#[test]
+fn behind_a_stop_at_the_end_of_memory_is_the_beginning() {
+    let mut bench = Bench::new();
+    bench.download("CALC ADD, 1; STOP");
+    bench.download_at(6143, "STOP");
+    bench.control(RUN, 1, 6143);
+    bench.advance_ms(1);
+    assert_eq!((bench.program_counter(), bench.global(128, 0), bench.accumulator()), (0, 0, 0));
+    bench.control(RUN, 0, 0);
+    bench.advance_ms(1);
+    assert_eq!((bench.program_counter(), bench.accumulator()), (2, 1));
 }
 
 #[test]
@@ -111,7 +161,7 @@ fn reset_clears_counter_registers_flags_and_stack() {
     bench.download("RSUB; JC NZ, 4; SGP 1, 2, 1; STOP; STOP");
     bench.control(RUN, 0, 0);
     bench.advance_ms(1);
-    assert_eq!((bench.variable(1), bench.program_counter()), (1, 3));
+    assert_eq!((bench.variable(1), bench.program_counter()), (1, 4));
 }
 
 #[test]
@@ -149,7 +199,7 @@ fn status_tells_state_wait_flag_and_pointers() {
     assert_eq!(bench.control(STATUS, 1, 0).1, 1 << 24 | 1 << 16 | 302);
     assert_eq!((bench.control(STATUS, 2, 0).1, bench.control(STATUS, 3, 0).1), (-5, -5));
     bench.advance_ms(200);
-    assert_eq!(bench.control(STATUS, 1, 0).1, 303);
+    assert_eq!(bench.control(STATUS, 1, 0).1, 304);
 }
 
 #[test]
@@ -379,7 +429,7 @@ fn breakpoints_hold_at_instructions_that_need_the_module() {
     }
     bench.control(RUN, 0, 0);
     bench.advance_ms(50);
-    assert_eq!((bench.program_counter(), bench.board().outputs), (4, 1));
+    assert_eq!((bench.program_counter(), bench.board().outputs), (5, 1));
 }
 
 #[test]

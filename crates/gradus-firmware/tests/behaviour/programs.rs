@@ -356,7 +356,7 @@ fn subroutines_nest_eight_deep() {
         program += &format!("; {call} {next}; CALCV ADD, 1, 1; RSUB");
     }
     let mut bench = run(&program);
-    assert_eq!((bench.variable(1), bench.last_error(), bench.program_counter()), (8, (0, 0), 1));
+    assert_eq!((bench.variable(1), bench.last_error(), bench.program_counter()), (8, (0, 0), 2));
 }
 
 #[test]
@@ -388,7 +388,7 @@ fn djnz_wraps_below_zero_and_jumps() {
 #[test]
 fn rst_clears_stack_registers_and_flags_and_goes_on_at_its_address() {
     let mut bench = run("CSUB 2; STOP; CALC LOAD, 7; CALCX LOAD; RST 5; JC NZ, 7; JC ZE, 7; RSUB; SGP 1, 2, 1; STOP");
-    assert_eq!((bench.accumulator(), bench.x(), bench.variable(1), bench.program_counter()), (0, 0, 1, 9));
+    assert_eq!((bench.accumulator(), bench.x(), bench.variable(1), bench.program_counter()), (0, 0, 1, 10));
 }
 
 #[test]

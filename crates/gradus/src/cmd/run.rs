@@ -229,7 +229,10 @@ fn report(
         stop(session)?;
     }
     match end {
-        End::Stopped => writeln!(out, "the program stopped at address {at} after {seconds:.3} s")?,
+        End::Stopped => {
+            let at = program.stopped_at(at);
+            writeln!(out, "the program stopped at address {at} after {seconds:.3} s")?;
+        }
         End::TimeUp => writeln!(out, "time is up after {seconds:.3} s; the program was at address {at}")?,
         End::Interrupted => {}
     }
