@@ -7,7 +7,7 @@ use gradus_tmcl::{Instruction, Opcode, Status, WaitFor};
 
 use crate::axes::Axes;
 use crate::coordinates::EEPROM;
-use crate::cpu::{Exit, Flags};
+use crate::cpu::{Exit, Flags, Registers};
 use crate::interrupts::Context;
 use crate::module::Module;
 use crate::ports::{Ports, Store};
@@ -218,14 +218,17 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.program.cpu.registers.pc = vector;
     }
 
-    /// RETI; outside a handler it does nothing.
+    /// RETI; outside a handler it does nothing. The error flags stay as they are: what came during the handler is not lost, and
+    /// what it has cleared does not come back.
     fn leave_handler(&mut self) -> Result<(), Status> {
         let Some(context) = self.interrupts.saved.take() else {
             self.advance();
             return Ok(());
         };
         self.advance();
-        self.program.cpu.registers = context.registers;
+        let errors = self.program.cpu.registers.flags & Flags::ERRORS;
+        let order = context.registers.flags & Flags::ORDER;
+        self.program.cpu.registers = Registers { flags: order | errors, ..context.registers };
         self.program.wait = context.wait;
         if context.wait.is_some() {
             self.program.at_us = NEVER;

@@ -3,8 +3,11 @@
 //! A lower number goes first, nothing nests. An event whose interrupt is disabled is lost; one that comes while a handler runs
 //! waits, one deep.
 //!
-//! Where the manual is silent: a new period (bank 3) starts an enabled timer again, also one that had none; an event without a
-//! vector is lost.
+//! Where the manual is silent:
+//! - A new period (bank 3) starts an enabled timer again, also one that had none.
+//! - An event without a vector is lost.
+//! - RETI restores accumulator, X register, comparison flags and program counter. The error flags stay as the handler leaves them: one that
+//!   came meanwhile is not lost, one that CLE has cleared does not come back.
 
 use gradus_tmcl::catalogue::{Interrupt, InterruptKind, Module};
 

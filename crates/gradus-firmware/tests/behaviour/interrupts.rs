@@ -192,6 +192,48 @@ fn handler_restores_accumulator_x_register_and_flags() {
 }
 
 #[test]
+fn deviation_during_a_handler_is_known_after_it() {
+    let mut bench = with_handlers(
+        "VECT 39, 20; SGP 39, 3, 1; EI 39; EI 255; CALC LOAD, 7; COMP 9; DATA 0, 0, 0, 0; JC EDV, 9; JA 6; JC LT, 11; STOP; \
+         SGP 3, 2, 1; STOP",
+        ["CALC LOAD, 0; WAIT TICKS, 0, 50", "STOP", "STOP"],
+    );
+    bench.all("SAP 212, 1, 100");
+    bench.advance_ms(1);
+    bench.board().inputs = 1;
+    bench.advance_ms(10);
+    bench.all("ROR 1, 50000");
+    bench.advance_ms(400);
+    assert_eq!(bench.get(207, 1), 2, "it happens while the handler waits");
+    bench.advance_ms(100);
+    assert_eq!((bench.variable(3), bench.is_running()), (1, false), "EDV stays, LT is restored");
+}
+
+#[test]
+fn wait_that_times_out_in_a_handler_leaves_eto() {
+    let mut bench = with_handlers(
+        "VECT 39, 20; SGP 39, 3, 1; EI 39; EI 255; JC ETO, 6; JA 4; SGP 3, 2, 1; STOP",
+        ["WAIT REFSW, 0, 5", "STOP", "STOP"],
+    );
+    bench.advance_ms(1);
+    bench.board().inputs = 1;
+    bench.advance_ms(60);
+    assert_eq!(bench.variable(3), 1);
+}
+
+#[test]
+fn error_that_a_handler_has_cleared_stays_cleared() {
+    let mut bench = with_handlers(
+        "VECT 39, 20; SGP 39, 3, 1; EI 39; WAIT REFSW, 0, 1; EI 255; WAIT TICKS, 0, 10; JC ETO, 8; SGP 3, 2, 1; STOP",
+        ["CLE ETO", "STOP", "STOP"],
+    );
+    bench.advance_ms(20);
+    bench.board().inputs = 1;
+    bench.advance_ms(200);
+    assert_eq!((bench.variable(3), bench.is_running()), (1, false));
+}
+
+#[test]
 fn handler_interrupts_a_wait_which_goes_on_with_its_old_deadline() {
     let mut bench = with_handlers(
         "VECT 39, 20; SGP 39, 3, 1; EI 39; EI 255; WAIT TICKS, 0, 10; GGP 132, 0; AGP 2, 2",
