@@ -22,7 +22,7 @@
 //! #data opcode, type, motor, value
 //! ```
 //!
-//! Case does not matter. Files are UTF-8 or Windows-1252; UTF-16 is refused. Labels and constants are one set of names over all files of a
+//! Case does not matter. Files are UTF-8 or Windows-1252; UTF-16 and bytes that are no text are refused. Labels and constants are one set of names over all files of a
 //! program and may be used before they are defined; a label is also a number. Numbers are `42`, `2.5`, `$2A`, `0x2A`,
 //! `%101010` and `0b101010`. Expressions stand wherever a number does: `+ - * / ^ ( )` and the functions SIN COS TAN ASIN
 //! ACOS ATAN LOG LN EXP SQRT ABS INT ROUND SIGN DEG RAD. They are calculated in floating point and rounded, half away from

@@ -1,5 +1,6 @@
 //! Labels and constants. Case does not matter; both kinds share one set of names, over all files of a program.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 
 use gradus_tmcl::catalogue::Module;
@@ -8,12 +9,17 @@ use crate::expression::{Expression, Fault, Meaning, functions};
 use crate::parser::Name;
 use crate::{Code, Problem, builtin, nearest};
 
+/// Constants of a cycle that a problem names.
+const CYCLE_SHOWN: usize = 10;
+/// Comparisons of an unknown name with a defined one, for hints: when they are used up, there are no more hints.
+const COMPARISONS: usize = 100_000;
+
 /// Where the evaluation of a constant stands.
 #[derive(Clone, Copy, PartialEq)]
 enum State {
     Open,
-    /// A constant that it needs is looked at first.
-    Waiting,
+    /// Constants that it needs are looked at first; it has this place among those that wait.
+    Waiting(usize),
     Known(f64),
     Failed,
 }
@@ -38,11 +44,18 @@ pub(crate) struct Names {
     index: HashMap<String, usize>,
     /// Definitions of a name that was defined before: the later and the first one.
     again: Vec<(usize, usize)>,
+    comparisons_left: Cell<usize>,
 }
 
 impl Names {
     pub fn new(module: &'static Module) -> Self {
-        Self { module, definitions: Vec::new(), index: HashMap::new(), again: Vec::new() }
+        Self {
+            module,
+            definitions: Vec::new(),
+            index: HashMap::new(),
+            again: Vec::new(),
+            comparisons_left: Cell::new(COMPARISONS),
+        }
     }
 
     pub fn add_label(&mut self, name: Name, address: usize) {
@@ -76,15 +89,15 @@ impl Names {
     fn settle(&mut self, wanted: usize, problems: &mut Vec<Problem>) {
         let mut path = vec![wanted];
         while let Some(&current) = path.last() {
-            self.definitions[current].state = State::Waiting;
+            self.definitions[current].state = State::Waiting(path.len() - 1);
             let state = match self.unsettled(current) {
-                Some(next) if self.definitions[next].state == State::Open => {
+                Some((next, State::Waiting(place))) => {
+                    problems.push(self.cycle(&path[place..], next));
+                    State::Failed
+                }
+                Some((next, _)) => {
                     path.push(next);
                     continue;
-                }
-                Some(next) => {
-                    problems.push(self.cycle(&path, next));
-                    State::Failed
                 }
                 None => self.calculate(current, problems),
             };
@@ -94,11 +107,12 @@ impl Names {
     }
 
     /// A constant in this one's expression that has not been evaluated.
-    fn unsettled(&self, definition: usize) -> Option<usize> {
+    fn unsettled(&self, definition: usize) -> Option<(usize, State)> {
         let mut names = self.definitions[definition].expression.iter().flat_map(Expression::names);
         names.find_map(|name| {
             let index = *self.index.get(&name.to_lowercase())?;
-            matches!(self.definitions[index].state, State::Open | State::Waiting).then_some(index)
+            let state = self.definitions[index].state;
+            matches!(state, State::Open | State::Waiting(_)).then_some((index, state))
         })
     }
 
@@ -147,15 +161,18 @@ impl Names {
         if let Some(function) = functions().find(|function| function.eq_ignore_ascii_case(name)) {
             return Some(format!("the function is written `{function}(...)`"));
         }
+        self.comparisons_left.set(self.comparisons_left.get().checked_sub(self.definitions.len())?);
         let defined = self.definitions.iter().map(|definition| definition.name.text.as_str());
         nearest::hint(name, defined).or_else(|| builtin::hint(name, self.module))
     }
 
-    /// The constants from `first` to the end of the path need each other.
-    fn cycle(&self, path: &[usize], first: usize) -> Problem {
+    /// These constants need each other, each the next one and the last `first`.
+    fn cycle(&self, around: &[usize], first: usize) -> Problem {
         let name = |index: &usize| self.definitions[*index].name.text.as_str();
-        let start = path.iter().position(|index| *index == first).unwrap_or(0);
-        let mut names: Vec<_> = path[start..].iter().map(name).collect();
+        let mut names: Vec<_> = around.iter().take(CYCLE_SHOWN).map(name).collect();
+        if around.len() > CYCLE_SHOWN {
+            names.push("...");
+        }
         names.push(name(&first));
         let message = format!("constant `{}` is defined by itself", name(&first));
         Problem::error(Code::ConstantCycle, self.definitions[first].name.span, message).help(names.join(" -> "))

@@ -4,9 +4,12 @@
 pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name: Vec<char> = name.to_lowercase().chars().take(64).collect();
     let limit = (name.len() / 3).max(1);
+    let letters = |candidate: &str| candidate.to_lowercase().chars().take(64).collect::<Vec<_>>();
     candidates
         .into_iter()
-        .map(|candidate| (distance(&name, &candidate.to_lowercase().chars().take(64).collect::<Vec<_>>()), candidate))
+        .map(|candidate| (letters(candidate), candidate))
+        .filter(|(letters, _)| letters.len().abs_diff(name.len()) <= limit)
+        .map(|(letters, candidate)| (distance(&name, &letters), candidate))
         .filter(|(distance, _)| *distance <= limit && *distance < name.len())
         .min_by_key(|(distance, _)| *distance)
         .map(|(_, candidate)| candidate)

@@ -46,7 +46,7 @@ pub enum Code {
     KeywordNotAvailable,
     /// A label or constant is defined twice.
     Duplicate,
-    /// A file is neither UTF-8 nor Windows-1252.
+    /// A file is no text in UTF-8 or Windows-1252.
     Encoding,
     /// An included file does not exist or cannot be read.
     Include,

@@ -54,8 +54,9 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a program with all that it includes, and then the constants that come from outside.
-    pub fn read(mut self, program: Source, outside: Option<Source>) -> Text {
-        self.file(Source { path: normal(&program.path), ..program });
+    pub fn read(mut self, mut program: Source, outside: Option<Source>) -> Text {
+        program.path = normal(&program.path);
+        self.file(program);
         if let Some(outside) = outside {
             self.file(outside);
         }
@@ -64,9 +65,9 @@ impl<'a> Reader<'a> {
 
     fn file(&mut self, mut source: Source) {
         let index = self.text.sources.len();
-        if source.is_utf16() {
-            source.text = "".into(); // its bytes are no letters to show
-            self.problems.push(utf16(&source, index));
+        if source.is_binary() {
+            self.problems.push(no_text(&source, index));
+            source = source.emptied(); // its bytes are no letters to show
         }
         let text = Arc::clone(&source.text);
         self.text.sources.push(source);
@@ -117,7 +118,7 @@ impl<'a> Reader<'a> {
             }
         }
         match built_in(&file, self.module) {
-            Some(text) => Ok(Source { path: file.into(), text: text.into(), built_in: true }),
+            Some(text) => Ok(Source::built_in(file, &text)),
             None => Err(not_found(name, failure, searched)),
         }
     }
@@ -164,10 +165,14 @@ fn folder(file: &Path) -> Option<String> {
     Some(format!("`{}`", folder.display()))
 }
 
-fn utf16(source: &Source, index: usize) -> Problem {
+/// The problem of a file that is no text.
+fn no_text(source: &Source, index: usize) -> Problem {
     let start = Span { source: index, start: 0, end: 0 };
-    let message = format!("`{}` is UTF-16", source.path.display());
-    Problem::error(Code::Encoding, start, message).help("save it as UTF-8")
+    let (what, help) = match source.is_utf16() {
+        true => ("is UTF-16", "save it as UTF-8"),
+        false => ("is no text", "a program in bytes is shown as text by `gradus disasm`"),
+    };
+    Problem::error(Code::Encoding, start, format!("`{}` {what}", source.path.display())).help(help)
 }
 
 /// The path without `.` and `dir/..`, so that one file has one path.

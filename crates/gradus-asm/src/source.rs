@@ -1,6 +1,7 @@
 //! Source texts and the places in them.
 
 use std::borrow::Cow;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -15,25 +16,55 @@ pub struct Source {
     pub text: Arc<str>,
     /// True for the files that the assembler makes from the catalogue.
     pub built_in: bool,
+    /// Where each line begins.
+    line_starts: Arc<[usize]>,
 }
 
 impl Source {
     /// Decodes a file.
     pub fn new(path: impl Into<PathBuf>, bytes: &[u8]) -> Self {
-        Self { path: path.into(), text: decode(bytes).into(), built_in: false }
+        Self::of(path.into(), &decode(bytes), false)
+    }
+
+    /// A file that the assembler makes.
+    pub(crate) fn built_in(path: impl Into<PathBuf>, text: &str) -> Self {
+        Self::of(path.into(), text, true)
+    }
+
+    fn of(path: PathBuf, text: &str, built_in: bool) -> Self {
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(newline, _)| newline + 1)).collect();
+        Self { path, text: text.into(), built_in, line_starts }
+    }
+
+    /// The same file without its text.
+    pub(crate) fn emptied(self) -> Self {
+        Self::of(self.path, "", self.built_in)
     }
 
     /// True for UTF-16 with its byte order mark. It is never UTF-8; as Windows-1252 it begins with the two letters of the
     /// mark, and half of the bytes of a program are zeros.
     pub(crate) fn is_utf16(&self) -> bool {
-        ["ÿþ", "þÿ"].iter().any(|mark| self.text.starts_with(mark)) && self.text.contains('\0')
+        ["ÿþ", "þÿ"].iter().any(|mark| self.text.starts_with(mark)) && self.is_binary()
+    }
+
+    /// True for what is no text: it has a zero in it.
+    pub(crate) fn is_binary(&self) -> bool {
+        self.text.contains('\0')
     }
 
     /// Line and column of a byte, both from 1; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
-        let before = &self.text[..self.text.floor_char_boundary(offset)];
-        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        (before.matches('\n').count() + 1, before[start..].chars().count() + 1)
+        let offset = self.text.floor_char_boundary(offset);
+        let line = self.line_starts.partition_point(|start| *start <= offset);
+        (line, self.text[self.line_starts[line - 1]..offset].chars().count() + 1)
+    }
+
+    /// The bytes of the lines from that of one byte to that of another, without the last line's end, and the number of the first,
+    /// from 1.
+    pub(crate) fn lines(&self, first: usize, last: usize) -> (usize, Range<usize>) {
+        let line = |offset: usize| self.line_starts.partition_point(|start| *start <= offset);
+        let end = self.line_starts.get(line(last)).map_or(self.text.len(), |next| next - 1);
+        (line(first), self.line_starts[line(first) - 1]..end)
     }
 
     /// The text of a span.
@@ -98,6 +129,16 @@ mod tests {
         let source = Source::new("a.tmc", "ä b\r\nc".as_bytes());
         for (offset, position) in [(0, (1, 1)), (1, (1, 1)), (2, (1, 2)), (3, (1, 3)), (6, (2, 1)), (99, (2, 2))] {
             assert_eq!(source.position(offset), position, "byte {offset}");
+        }
+    }
+
+    #[test]
+    fn lines_are_found_by_their_bytes() {
+        let source = Source::new("a.tmc", b"ab\ncd\n\nef");
+        for (first, last, line, bytes) in
+            [(0, 1, 1, 0..2), (2, 2, 1, 0..2), (4, 5, 2, 3..5), (1, 6, 1, 0..6), (9, 99, 4, 7..9)]
+        {
+            assert_eq!(source.lines(first, last), (line, bytes), "{first} to {last}");
         }
     }
 }

@@ -72,11 +72,22 @@ pub fn assemble_file(file: &Path, module: &'static Module, options: &Options) ->
     }
 }
 
-/// Prints problems for people.
+/// How many problems of a program are printed; whoever has more mends these first.
+const MOST_PRINTED: usize = 50;
+
+/// Prints problems for people, errors first where there are too many to print all.
 pub fn print_problems(problems: &[Problem], sources: &[Source]) {
     let style = if io::stderr().is_terminal() { Style::Colored } else { Style::Plain };
-    for problem in problems {
+    let mut printed: Vec<&Problem> = problems.iter().collect();
+    if printed.len() > MOST_PRINTED {
+        printed.sort_by_key(|problem| !problem.is_error());
+        printed.truncate(MOST_PRINTED);
+    }
+    for problem in &printed {
         complain(format_args!("{}\n", render(problem, sources, style)));
+    }
+    if printed.len() < problems.len() {
+        complain(format_args!("and {} more\n", problems.len() - printed.len()));
     }
 }
 

@@ -13,7 +13,7 @@ use crate::program::{Surroundings, assemble_file};
 
 /// Assemble a program
 ///
-/// Reports every problem of the text in one run, with file, line, column and a hint. Writes the program as a .bin file:
+/// Reports the problems of the text in one run, at most 50, with file, line, column and a hint. Writes the program as a .bin file:
 /// eight bytes a command. Exit status 1 if the program has errors; nothing is written then.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
