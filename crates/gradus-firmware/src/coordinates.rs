@@ -23,11 +23,17 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// SCO, CCO and ACO.
     ///
     /// # Errors
-    /// [`Status::INVALID_VALUE`] for an axis the module lacks, [`Status::WRONG_TYPE`] for a coordinate it lacks.
+    /// [`Status::INVALID_VALUE`] for an axis the module lacks, [`Status::WRONG_TYPE`] for a coordinate it lacks,
+    /// [`Status::EEPROM_LOCKED`] if it would be stored.
     pub(crate) fn set_coordinate(&mut self, number: u8, axis: u8, position: i32) -> Result<(), Status> {
         let axis = self.axis_index(axis)?;
+        self.coordinate_mut(number, axis)?;
+        let stores = number != 0 && self.globals.get(Gp::CoordinateStorage) != 0;
+        if stores {
+            self.unlocked()?;
+        }
         *self.coordinate_mut(number, axis)? = position;
-        if self.globals.get(Gp::CoordinateStorage) != 0 {
+        if stores {
             self.store_coordinate(number, axis);
         }
         Ok(())
@@ -36,15 +42,17 @@ impl<P: Ports, S: Store> Module<P, S> {
     /// SCO with axis 255: copies to the EEPROM, coordinate `number`, or all for number 0.
     ///
     /// # Errors
-    /// [`Status::WRONG_TYPE`] for a coordinate the module lacks.
+    /// [`Status::WRONG_TYPE`] for a coordinate the module lacks, [`Status::EEPROM_LOCKED`].
     pub(crate) fn store_coordinates(&mut self, number: u8) -> Result<(), Status> {
+        self.has_coordinate(number)?;
+        self.unlocked()?;
         self.copy_coordinates(number, Self::store_coordinate)
     }
 
     /// GCO with axis 255: copies from the EEPROM, as SCO does to it.
     ///
     /// # Errors
-    /// As there.
+    /// [`Status::WRONG_TYPE`] for a coordinate the module lacks.
     pub(crate) fn recall_coordinates(&mut self, number: u8) -> Result<(), Status> {
         self.copy_coordinates(number, Self::load_coordinate)
     }
@@ -67,9 +75,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     fn copy_coordinates(&mut self, number: u8, copy: fn(&mut Self, u8, usize)) -> Result<(), Status> {
-        if number >= self.catalogue.coordinates {
-            return Err(Status::WRONG_TYPE);
-        }
+        self.has_coordinate(number)?;
         let numbers = if number == 0 { 1..self.catalogue.coordinates } else { number..number + 1 };
         for number in numbers {
             for axis in 0..self.axis_count() {
@@ -95,10 +101,12 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
+    fn has_coordinate(&self, number: u8) -> Result<(), Status> {
+        if number < self.catalogue.coordinates { Ok(()) } else { Err(Status::WRONG_TYPE) }
+    }
+
     fn coordinate_mut(&mut self, number: u8, axis: usize) -> Result<&mut i32, Status> {
-        if number >= self.catalogue.coordinates {
-            return Err(Status::WRONG_TYPE);
-        }
+        self.has_coordinate(number)?;
         self.axes.coordinate_mut(number, axis).ok_or(Status::WRONG_TYPE)
     }
 }

@@ -110,13 +110,13 @@ impl<P: Ports, S: Store> Module<P, S> {
         Ok(())
     }
 
-    /// Reads everything that was stored, at power-on. A value that its row does not accept (another firmware has written it)
-    /// leaves the default.
+    /// Reads everything that was stored, at power-on, the EEPROM lock included. A value that its row does not know (another
+    /// firmware has written it) leaves the default.
     pub(crate) fn restore_globals(&mut self) {
         for (index, row) in self.catalogue.global_parameters.iter().enumerate() {
             if stored_at_once(row.access)
                 && let Some(value) = self.eeprom.load_value(Key::Global(index))
-                && row.accepts(value)
+                && row.shows(value)
             {
                 self.globals.set(row.id, value);
             }

@@ -88,10 +88,10 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     fn power_on(&mut self) {
         self.restore_globals();
+        self.restore_program();
         self.check_magic();
         self.ascii = self.starts_in_ascii();
         self.restore_coordinates();
-        self.restore_program();
         self.ports.io().set_outputs(0);
         self.ports.io().set_circuit(InputCircuit::default());
         let enabled = self.is_enabled();

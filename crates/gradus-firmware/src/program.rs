@@ -5,7 +5,8 @@
 //! - Command 131 clears everything of the interrupts, the trigger transitions of bank 3 included.
 //! - After the instruction STOP the program counter is behind it, and command 129 type 0 goes on there: a host restarts a program
 //!   that way after every move. Behind the last address of memory is 0. Command 128 leaves the counter where it is.
-//! - Command 137 keeps the program, but erases one that is protected against disassembling: its protection ends.
+//! - Command 137 keeps the program, but erases one that is protected against disassembling: its protection ends, at once. So does a
+//!   start with another magic (global parameter 64 of the TMCM-351).
 
 use gradus_tmcl::catalogue::{Gp, Model};
 use gradus_tmcl::{Instruction, Status};
@@ -239,11 +240,13 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
-    /// Command 137: the EEPROM holds no settings any more. They hold until the next start.
+    /// Command 137: the EEPROM holds no settings any more. They hold until the next start, but for the protection, which the
+    /// EEPROM does not know any more. The program that it has hidden is gone before it ends: a power cut in between keeps both.
     pub(crate) fn restore_factory_settings(&mut self) {
         if self.globals.get(Gp::CodeProtection) & NO_DISASSEMBLING != 0 {
             self.erase_program();
         }
+        self.globals.set(Gp::CodeProtection, 0);
         self.eeprom.clear_settings();
     }
 

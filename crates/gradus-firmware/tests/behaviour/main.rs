@@ -16,6 +16,7 @@ mod motion;
 mod parameters;
 mod programs;
 mod properties;
+mod protection;
 mod rotor;
 mod stap;
 mod stops;

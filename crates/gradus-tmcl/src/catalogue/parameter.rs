@@ -132,6 +132,14 @@ impl Values {
             Self::Keys(keys, _) => listed(keys, value),
         }
     }
+
+    /// The same for a value that is read.
+    fn shows(self, range: RangeInclusive<i64>, value: i64) -> bool {
+        match self {
+            Self::Keys(_, states) => listed(states, value),
+            _ => self.accepts(range, value),
+        }
+    }
 }
 
 fn listed(list: &[Choice], value: i64) -> bool {
@@ -210,11 +218,20 @@ impl GlobalParameter {
     pub fn accepts(&self, value: i32) -> bool {
         accepts(self.min, self.max, self.values, value)
     }
+
+    /// True if the parameter may have this value when it is read: what was written, or the state that a key has set.
+    pub fn shows(&self, value: i32) -> bool {
+        self.values.shows(self.min..=self.max, carried(self.max, value))
+    }
 }
 
 fn accepts(min: i64, max: i64, values: Values, value: i32) -> bool {
-    let value = if max > i64::from(i32::MAX) { i64::from(value as u32) } else { i64::from(value) };
-    values.accepts(min..=max, value)
+    values.accepts(min..=max, carried(max, value))
+}
+
+/// The value that a datagram carries, unsigned where the range passes 2^31.
+fn carried(max: i64, value: i32) -> i64 {
+    if max > i64::from(i32::MAX) { i64::from(value as u32) } else { i64::from(value) }
 }
 
 #[allow(clippy::too_many_arguments)] // one line of a table
