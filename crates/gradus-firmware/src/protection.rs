@@ -72,6 +72,11 @@ impl Protection {
         self.flags &= !(flag::OVER_CURRENT | flag::HALL_ERROR | flag::DRIVER_ERROR | flag::INIT_ERROR);
     }
 
+    /// True when the encoder's initialisation has failed.
+    pub(crate) fn has_failed_init(&self) -> bool {
+        self.flags & flag::INIT_ERROR != 0
+    }
+
     /// The encoder has not moved as the rotor must have.
     pub(crate) fn fail_init(&mut self) {
         self.flags |= flag::INIT_ERROR;

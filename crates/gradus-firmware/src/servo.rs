@@ -9,14 +9,21 @@
 //!   fault's end lead to stop mode; a motion command while the driver is off is not available, but MST is.
 //! - An active right or left switch that is enabled (axis parameters 209, 210) brakes a motion towards it without a ramp and
 //!   ends it: the velocity is 0 then, and a motion away is free. A switch that is not enabled is not active. Home stops nothing.
-//! - Reading 50 outside position mode gives the actual position, and position reached (55) is 0 there. MVP REL goes from the
-//!   last target in position mode, else from where the motor is.
+//! - Outside position mode the target (50) is where the motor is, so that position reached (55) is 1 where the speed is in its
+//!   window: a module that nobody has moved stands on its target. MVP REL always goes from where the motor is (§3.6.4).
+//! - Writing 52 sets the actual position, the target and the ramp, in every mode: what stands, stays. A motor on its way brakes
+//!   by its ramp and comes back to there. When the null channel clears the position (107), a target keeps its number.
+//! - The velocity of the position ramp is fed forward to the velocity regulator, always; the manual has no parameter for it.
 //! - Positions outside are those inside times 56 / 65536, rounded down; a target that does not fit inside is an invalid value.
-//! - The encoder is initialised when it first commutates, or when its parameters or those of the motor have changed. In an
-//!   alignment (102 = 0) it must count what the rotor turns, at least roughly: between 15 and 165 of the 90 electrical degrees,
-//!   backwards. Else it is an initialisation error; another commutation mode, or 1 to 255, tries again.
+//!   When 56 changes, so do all positions that are read, the target too; the motor stays.
+//! - The encoder is initialised when it first commutates, or when its parameters or those of the motor have changed. An
+//!   alignment (102 = 0) lasts as long as 104 says, and longer where the rotor has not come to rest. It is an initialisation
+//!   error if the rotor never does, or if the encoder does not count what the rotor turns from one place of rest to the next
+//!   (see the [`Servo`](gradus_motion::foc::Servo) of the regulators); another commutation mode, or 1 to 255, tries again. The
+//!   module is not initialized (bit 15 of 156) while there is such an error.
 //! - Axis parameter 105 has no use: no mode of initialisation turns the motor to its null channel. IIT flags stay 0.
-//! - Loops a second (230 to 232) are those of the ramp, of the current loop and of the velocity loop, 0 while they do not run.
+//! - Loops a second (230 to 232) are those of the ramp, of the current loop and of the velocity loop. They run always, whether
+//!   or not the driver works.
 
 use gradus_motion::foc::{self, Dq, Feedback};
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
@@ -65,8 +72,6 @@ pub struct Servo {
     /// The module's ENABLE input, where a board has one.
     powered: bool,
     pub(crate) chopping: bool,
-    /// Encoder counter when an alignment began to turn the rotor.
-    pub(crate) aligned_from: Option<i32>,
     seen: Feedback,
     /// Ticks until a rotor that no longer moves is at rest.
     pub(crate) quiet_in: u32,
@@ -87,7 +92,6 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
             enabled: true,
             powered: true,
             chopping: false,
-            aligned_from: None,
             seen: Feedback::default(),
             quiet_in: 0,
         }
@@ -132,7 +136,7 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
         axis_index(self.catalogue, motor)?;
         let target = match kind {
             MoveKind::ABS => value,
-            MoveKind::REL => self.base().wrapping_add(value),
+            MoveKind::REL => self.outside(self.control.position()).wrapping_add(value),
             _ => return Err(Status::WRONG_TYPE),
         };
         self.go(target)?;
@@ -205,7 +209,10 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
         };
         port.set_duties(duties.map(|duties| duties.q15));
         self.watch_null(port);
-        self.watch_alignment(seen.encoder_count);
+        if self.control.encoder_init_failed() && self.is_on() {
+            self.protection.fail_init();
+            self.stop();
+        }
         self.watch_rest(seen);
         if !self.is_ticking() {
             port.rest();
@@ -256,11 +263,6 @@ impl Servo {
         Ok(())
     }
 
-    /// Where MVP REL goes from.
-    fn base(&self) -> i32 {
-        if self.mode == Mode::Position { self.target } else { self.outside(self.control.position()) }
-    }
-
     /// A position as the user sees it (axis parameter 56).
     pub(crate) fn outside(&self, position: i32) -> i32 {
         ((i64::from(position) * i64::from(self.settings.get(Ap::PositionScaler))) >> 16) as i32
@@ -276,12 +278,24 @@ impl Servo {
         i32::try_from(floor + up).ok()
     }
 
+    /// Axis parameter 52.
+    pub(crate) fn set_position(&mut self, position: i32) -> Result<(), Status> {
+        let inside = self.inside(position).ok_or(Status::INVALID_VALUE)?;
+        self.control.set_position(inside);
+        self.target = position;
+        Ok(())
+    }
+
+    /// Axis parameter 50: outside position mode the motor is where it is to be.
+    pub(crate) fn target_position(&self) -> i32 {
+        if self.mode == Mode::Position { self.target } else { self.outside(self.control.position()) }
+    }
+
     /// Position reached (axis parameters 53 to 55).
     pub(crate) fn has_arrived(&self) -> bool {
-        let distance = self.target.wrapping_sub(self.outside(self.control.position()));
+        let distance = self.target_position().wrapping_sub(self.outside(self.control.position()));
         let speed = self.control.mean_velocity_rpm();
-        self.mode == Mode::Position
-            && distance.unsigned_abs() <= self.settings.unsigned(Ap::PositionReachedDistance)
+        distance.unsigned_abs() <= self.settings.unsigned(Ap::PositionReachedDistance)
             && speed.unsigned_abs() <= self.settings.unsigned(Ap::PositionReachedSpeed)
     }
 
@@ -372,7 +386,6 @@ impl Servo {
         self.mode = Mode::Stop;
         self.control.brake();
         self.control.regulate_current(Dq::default());
-        self.aligned_from = None;
         self.quiet_in = self.derived.quiet_ticks;
     }
 

@@ -27,19 +27,9 @@ impl Servo {
             Ap::StatusFlags => self.flags() as i32,
             Ap::EnableDriver => self.enabled.into(),
             Ap::BrakeChopperActive => self.chopping.into(),
-            Ap::MainLoops | Ap::TorqueLoops | Ap::VelocityLoops => self.loops(id),
+            Ap::MainLoops => RAMP_HZ,
+            Ap::TorqueLoops | Ap::VelocityLoops => self.settings.get(Ap::PwmFrequencyHz),
             _ => self.regulated(id),
-        }
-    }
-
-    fn loops(&self, id: Ap) -> i32 {
-        let works = self.derived.drives && self.is_on();
-        let pwm_hz = self.settings.get(Ap::PwmFrequencyHz);
-        match id {
-            Ap::MainLoops if self.is_ticking() => RAMP_HZ,
-            Ap::TorqueLoops if works => pwm_hz,
-            Ap::VelocityLoops if works && matches!(self.mode, Mode::Velocity | Mode::Position) => pwm_hz,
-            _ => 0,
         }
     }
 
@@ -54,8 +44,8 @@ impl Servo {
             Ap::TargetSpeed => control.target_velocity_rpm(),
             Ap::RampSpeed => control.ramp_velocity_rpm(),
             Ap::ActualSpeed => control.mean_velocity_rpm(),
-            Ap::TargetPosition if self.mode == Mode::Position => self.target,
-            Ap::TargetPosition | Ap::ActualPosition => self.outside(control.position()),
+            Ap::TargetPosition => self.target_position(),
+            Ap::ActualPosition => self.outside(control.position()),
             Ap::RampPosition => self.outside(control.ramp_position()),
             Ap::PositionReached => self.has_arrived().into(),
             Ap::TorqueErrorSum => control.current_loop().torque.error_sum(),
@@ -83,7 +73,8 @@ impl Servo {
             Mode::Position => flag::POSITION_MODE,
         };
         let halted = self.control.mean_velocity_rpm().unsigned_abs() < self.settings.unsigned(Ap::MotorHaltedSpeed);
-        let initialized = !self.derived.encoder_commutates || self.control.encoder_is_initialised();
+        let knows_angle = !self.derived.encoder_commutates || self.control.encoder_is_initialised();
+        let initialized = knows_angle && !self.protection.has_failed_init();
         let when = |flag, holds| if holds { flag } else { 0 };
         self.protection.flags()
             | mode
@@ -113,7 +104,7 @@ impl Servo {
             Ap::TargetFlux => return self.push(Dq { d: value, q }),
             Ap::TargetSpeed => return self.turn(value),
             Ap::TargetPosition => return self.go(value),
-            Ap::ActualPosition => self.control.set_position(self.inside(value).ok_or(Status::INVALID_VALUE)?),
+            Ap::ActualPosition => return self.set_position(value),
             Ap::EncoderOffset => self.control.set_encoder_offset(value as u16),
             Ap::EnableDriver => self.enable(value != 0, port),
             _ => self.configure(row.id, value, port),
@@ -127,6 +118,7 @@ impl Servo {
         self.derive();
         match id {
             Ap::CommutationMode => self.retry(),
+            Ap::PositionScaler => self.target = self.outside(self.control.target_position()),
             Ap::PwmFrequencyHz => port.set_frequency(value.unsigned_abs()),
             Ap::ClearOnNull => self.arm_null(port),
             _ => {}

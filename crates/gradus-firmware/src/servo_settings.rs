@@ -97,7 +97,6 @@ impl Settings {
             drives: self.motor() != MotorKind::None && self.commutation() != Commutation::Disabled,
             hall_commutates: self.commutation() == Commutation::Hall,
             encoder_commutates: self.commutation() == Commutation::Encoder,
-            aligns: self.encoder().init_mode == EncoderInitMode::Estimate,
             chopper: self.is_set(Ap::BrakeChopper).then(|| {
                 let limit = get(Ap::BrakeChopperLimit);
                 (limit, limit - get(Ap::BrakeChopperHysteresis))
@@ -127,8 +126,6 @@ pub(crate) struct ServoDerived {
     pub(crate) drives: bool,
     pub(crate) hall_commutates: bool,
     pub(crate) encoder_commutates: bool,
-    /// The encoder is initialised by an alignment (axis parameter 102).
-    pub(crate) aligns: bool,
     /// Voltages in 0.1 V from which the brake chopper is on and below which it is off again (axis parameters 140 to 142).
     pub(crate) chopper: Option<(i32, i32)>,
     /// Bits of right, left and home (axis parameters 209, 210).

@@ -5,8 +5,7 @@ use gradus_sim::{Bench, Eeprom, Link, LinkKind, Machine, ServoDrive, console};
 use gradus_tmcl::catalogue::{Ap, TMCM_1617};
 use gradus_tmcl::{Instruction, Reply, Request};
 
-/// Settings that the maker's example has for a QBL4208-61, but a stiffer position regulator: its answer is in whole rpm, so
-/// that a deviation of less than 65536 / P does not move the motor.
+/// Settings that the maker's example has for a QBL4208-61, but a stiffer position regulator.
 const TUNED: &str = "SAP 70, 0, 600; SAP 71, 0, 600; SAP 72, 0, 800; SAP 73, 0, 500; SAP 74, 0, 2000";
 
 struct Host {
@@ -122,6 +121,72 @@ fn ten_turns_end_in_the_window_and_stay() {
 }
 
 #[test]
+fn default_gains_end_in_the_default_window_in_both_directions() {
+    for target in [655_360, -655_360] {
+        let mut host = Host::set_up("SAP 15, 0, 3");
+        host.run_ms(1200);
+        host.all(&format!("SAP 52, 0, 0; MVP ABS, 0, {target}"));
+        let mut ms = 0;
+        while host.get(Ap::PositionReached) == 0 {
+            host.run_ms(10);
+            ms += 10;
+            if ms % 200 == 0 {
+                println!(
+                    "{ms} {} {} {:.3}",
+                    host.get(Ap::ActualPosition),
+                    host.get(Ap::RampPosition),
+                    host.plant().currents_dq_a()[1]
+                );
+            }
+            assert!(ms < 600000, "{} of {target}", host.get(Ap::ActualPosition));
+        }
+        near(host.get(Ap::ActualPosition).into(), target.into(), 50.0, "AP 53");
+        for _ in 0..20 {
+            host.run_ms(50);
+            near(host.get(Ap::ActualPosition).into(), target.into(), 50.0, "it stays");
+        }
+    }
+}
+
+#[test]
+fn program_that_waits_for_a_position_goes_on_at_every_position_gain() {
+    for gain in [5, 20, 50, 300, 2000] {
+        let mut host = Host::set_up(&format!("SAP 74, 0, {gain}; SAP 15, 0, 3"));
+        host.run_ms(1200);
+        host.all("SAP 52, 0, 0; MVP ABS, 0, 65536");
+        host.run_ms(60_000);
+        near(host.get(Ap::ActualPosition).into(), 65_536.0, 50.0, &format!("P {gain}"));
+        assert_eq!(host.get(Ap::PositionReached), 1, "P {gain}");
+    }
+}
+
+#[test]
+fn motor_follows_its_position_ramp_without_a_lag() {
+    let mut host = Host::set_up("SAP 44, 0, 2000; SAP 43, 0, 1500; SAP 15, 0, 3");
+    host.run_ms(1200);
+    host.all("MVP REL, 0, 6553600");
+    host.run_ms(2000);
+    // At P 50 and 1500 rpm a regulator of its own would be 30 turns behind.
+    let lag = host.get(Ap::RampPosition) - host.get(Ap::ActualPosition);
+    assert!(lag.abs() < 65_536 / 8, "{lag}");
+    near(host.rpm(), 1500.0, 15.0, "full speed");
+}
+
+#[test]
+fn position_that_is_set_turns_no_shaft() {
+    for commands in ["", "MVP REL, 0, 100000", "ROR 0, 0", "SAP 30, 0, 0", "SAP 45, 0, 0; MVP REL, 0, 1000"] {
+        let mut host = Host::set_up(&format!("SAP 15, 0, 3; {commands}"));
+        host.run_ms(8000);
+        let turns = host.plant().position_turns();
+        for position in [0, 5_000_000, -5_000_000, i32::MAX] {
+            host.all(&format!("SAP 52, 0, {position}"));
+            host.run_ms(1000);
+            near(host.plant().position_turns(), turns, 0.002, commands);
+        }
+    }
+}
+
+#[test]
 fn torque_is_that_of_the_current() {
     let mut host = Host::set_up(&format!("{TUNED}; SAP 15, 0, 2"));
     host.say("block 0");
@@ -138,7 +203,7 @@ fn torque_is_that_of_the_current() {
 
 #[test]
 fn modes_change_while_the_motor_runs_without_a_jump() {
-    let setup = format!("{TUNED}; SAP 11, 0, 6000; SAP 44, 0, 10000; SAP 15, 0, 3");
+    let setup = format!("{TUNED}; SAP 11, 0, 6000; SAP 43, 0, 1500; SAP 44, 0, 10000; SAP 15, 0, 3");
     let mut host = Host::set_up(&format!("{setup}; ROR 0, 1500"));
     host.run_ms(2500);
     let position = host.get(Ap::ActualPosition);

@@ -41,12 +41,14 @@ fn torque_and_flux_targets_stand_together() {
 }
 
 #[test]
-fn relative_moves_go_from_the_target_or_from_where_the_motor_is() {
+fn relative_moves_go_from_where_the_motor_is() {
     let mut bench = bench();
     bench.drive().encoder = 512;
     bench.advance_ms(1);
-    assert_eq!(bench.ask("MVP REL, 0, 100"), 8192 + 100, "512 of 4096 counts are an eighth of a turn");
-    assert_eq!(bench.ask("MVP REL, 0, 100"), 8192 + 200, "from the target");
+    for _ in 0..3 {
+        assert_eq!(bench.ask("MVP REL, 0, 100"), 8192 + 100, "512 of 4096 counts are an eighth of a turn");
+        assert_eq!(bench.get(50), 8292);
+    }
     bench.ask("SAP 40, 0, 10");
     assert_eq!(bench.ask("MVP REL, 0, -8192"), 0, "from where the motor is");
 }
@@ -75,9 +77,47 @@ fn position_is_reached_inside_both_windows() {
         assert_eq!(bench.get(55) == 1, expected, "{away} counts away at {speed} counts a period");
         assert_eq!(bench.has_flags(POSITION_END), expected);
     }
+}
+
+#[test]
+fn module_that_nobody_has_moved_stands_on_its_target() {
+    let mut bench = Bench::new();
+    assert_eq!((bench.get(55), bench.has_flags(POSITION_END)), (1, true));
+    bench.all("SAP 25, 0, 1; SAP 26, 0, 1");
+    bench.drive().counts_per_tick = 3;
+    bench.drive().encoder = 1;
+    bench.advance_ms(100);
+    assert_eq!(bench.get(55), 0, "at 1098 rpm, more than AP 54");
+}
+
+#[test]
+fn position_that_is_set_moves_nothing() {
+    let modes = ["", "ROR 0, 0", "MVP ABS, 0, 16", "MVP ABS, 0, 0", "SAP 30, 0, 0", "SAP 45, 0, 0; MVP ABS, 0, 0"];
+    for commands in modes {
+        for position in [1_000_000, -1_000_000, i32::MIN, i32::MAX, 0] {
+            let mut bench = bench();
+            bench.all(commands);
+            bench.advance_ms(500);
+            let before = bench.drive().duties;
+            bench.set(52, position);
+            assert_eq!([50, 52].map(|number| bench.get(number)), [position; 2], "{commands}");
+            bench.advance_ms(500);
+            assert_eq!([50, 51, 52, 55, 81].map(|number| bench.get(number)), [position, position, position, 1, 0]);
+            let modulation =
+                bench.drive().duties.map(|duties| duties.iter().max().unwrap() - duties.iter().min().unwrap());
+            let old = before.map(|duties| duties.iter().max().unwrap() - duties.iter().min().unwrap());
+            assert!(modulation <= old, "{commands} and {position}: {modulation:?} after {old:?}");
+        }
+    }
+}
+
+#[test]
+fn target_follows_the_scaler() {
     let mut bench = bench();
-    bench.advance_ms(10);
-    assert_eq!(bench.get(55), 0, "only in position mode");
+    bench.all("MVP ABS, 0, 65536; SAP 56, 0, 4096");
+    assert_eq!(bench.get(50), 4096, "a turn still");
+    bench.set(56, 65_536);
+    assert_eq!(bench.get(50), 65_536);
 }
 
 #[test]

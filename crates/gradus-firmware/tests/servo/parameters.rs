@@ -6,8 +6,16 @@ use gradus_tmcl::{Instruction, Opcode};
 use crate::support::Bench;
 
 /// What is measured, and what the fake hardware makes of it.
-const MEASURED: [(u8, i32); 7] =
-    [(94, 1), (156, 1 << 4 | 1 << 8 | 1 << 15), (220, 240), (221, 25), (230, 0), (231, 0), (232, 0)];
+const MEASURED: [(u8, i32); 8] = [
+    (55, 1),
+    (94, 1),
+    (156, 1 << 4 | 1 << 8 | 1 << 14 | 1 << 15),
+    (220, 240),
+    (221, 25),
+    (230, 1000),
+    (231, 25_000),
+    (232, 25_000),
+];
 
 #[test]
 fn parameters_begin_with_their_defaults() {

@@ -47,12 +47,12 @@ fn nothing_moves_without_a_motor_or_a_commutation() {
 }
 
 #[test]
-fn loops_run_while_they_are_needed() {
+fn loops_run_always() {
     let mut bench = Bench::new();
     let loops = |bench: &mut Bench| [230, 231, 232].map(|number| bench.get(number));
-    assert_eq!(loops(&mut bench), [0, 0, 0]);
+    assert_eq!(loops(&mut bench), [1000, 25_000, 25_000], "at rest");
     bench.all("SAP 15, 0, 2; SAP 110, 0, 50000; SAP 30, 0, 100");
-    assert_eq!(loops(&mut bench), [1000, 50_000, 0]);
+    assert_eq!(loops(&mut bench), [1000, 50_000, 50_000]);
     bench.ask("ROR 0, 100");
     assert_eq!(loops(&mut bench), [1000, 50_000, 50_000]);
 }

@@ -86,10 +86,10 @@ pub(crate) struct OpenLoop {
 }
 
 impl OpenLoop {
-    /// Turns on by `rpm` for a cycle.
+    /// Turns on for a cycle by a velocity in 1/65536 rpm.
     #[inline]
-    pub(crate) fn advance(&mut self, gains: &ServoGains, rpm: i32) {
-        self.step_q32 = (i64::from(rpm) * gains.step_q48_per_rpm) >> 16;
+    pub(crate) fn advance(&mut self, gains: &ServoGains, rpm_q16: i64) {
+        self.step_q32 = (rpm_q16 * gains.step_q48_per_rpm) >> 32;
         self.position_q32 = self.position_q32.wrapping_add(self.step_q32);
     }
 

@@ -62,8 +62,8 @@ impl CurrentLoop {
         let angle = sin_cos(angle_q16);
         let actual = AlphaBeta::from_phases(phases_ma.map(in_range)).to_rotor(angle);
         let wanted = Dq {
-            d: self.flux.output(&gains.pi, target_ma.d.saturating_sub(actual.d), FULL_VOLTAGE),
-            q: self.torque.output(&gains.pi, target_ma.q.saturating_sub(actual.q), FULL_VOLTAGE),
+            d: self.flux.output(&gains.pi, i64::from(target_ma.d) - i64::from(actual.d), FULL_VOLTAGE),
+            q: self.torque.output(&gains.pi, i64::from(target_ma.q) - i64::from(actual.q), FULL_VOLTAGE),
         };
         let (voltage, shortened) = limit_to_circle(wanted);
         let limited = |output: i32| shortened || output.abs() >= FULL_VOLTAGE;
@@ -76,17 +76,20 @@ impl CurrentLoop {
     #[inline]
     fn single_phase(&mut self, gains: &CurrentGains, [current_ma, _]: [i32; 2], target_ma: i32) -> Duties {
         let actual = in_range(current_ma);
-        let voltage = self.torque.cycle(&gains.pi, target_ma.saturating_sub(actual), FULL_VOLTAGE);
+        let error = i64::from(target_ma) - i64::from(actual);
+        let voltage = self.torque.cycle(&gains.pi, error, FULL_VOLTAGE);
         (self.actual_ma, self.voltage) = (Dq { d: 0, q: actual }, Dq { d: 0, q: voltage });
         Duties::single_phase(voltage)
     }
 
-    /// A fixed voltage, without regulation; what the currents are is known afterwards.
+    /// Regulates a current along an angle and puts no voltage across it: the field pulls the rotor there, and a rotor that
+    /// swings about it is braked by the current that it induces.
     #[inline]
-    pub fn apply(&mut self, angle_q16: i16, phases_ma: [i32; 2], voltage: Dq) -> Duties {
+    pub fn pull(&mut self, gains: &CurrentGains, angle_q16: i16, phases_ma: [i32; 2], current_ma: i32) -> Duties {
         let angle = sin_cos(angle_q16);
         self.actual_ma = AlphaBeta::from_phases(phases_ma.map(in_range)).to_rotor(angle);
-        (self.voltage, _) = limit_to_circle(voltage);
+        let error = i64::from(current_ma) - i64::from(self.actual_ma.d);
+        self.voltage = Dq { d: self.flux.cycle(&gains.pi, error, FULL_VOLTAGE), q: 0 };
         Duties::three_phase(self.voltage.to_stator(angle))
     }
 

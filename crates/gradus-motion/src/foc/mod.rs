@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! Hall, AbnEncoder, OpenLoop -> angle, position, velocity
-//! ServoRamp (1 kHz) -> position P -> velocity PI -> CurrentLoop: Clarke, Park, flux PI and torque PI,
+//! ServoRamp (1 kHz) -> position P and the ramp's velocity -> velocity PI -> CurrentLoop: Clarke, Park, flux PI and torque PI,
 //!                                                  circular limit, inverse Park, space-vector modulation -> Duties
 //! ```
 //!
@@ -15,7 +15,8 @@
 //! - a current is in mA, the amplitude of the phase currents; up to 32767. One step of the module's current converter
 //!   is taken for 1 mA: no source states the factor, and this one holds the 18 A of the module with their peak;
 //! - a voltage is 32767 for the largest sine that the bridge can make, a phase amplitude of supply / sqrt(3);
-//! - a velocity is in rpm, mechanical or electrical as the user likes;
+//! - a velocity is in rpm, mechanical or electrical as the user likes; between the regulators it has 16 fraction bits
+//!   (`_q16`);
 //! - a duty is 32768 for always on.
 //!
 //! Regulators are the "classic" ones of the module's controller chip: see [`PiGains`]. A cycle divides nothing, but
@@ -43,7 +44,7 @@ pub use encoder_init::InitState;
 pub use filter::Pt1;
 pub use hall::{Hall, HallGains, HallSettings};
 pub use modulation::{Duties, FULL_VOLTAGE, limit_to_circle};
-pub use pi::{Pi, PiGains, PiSettings};
+pub use pi::{Pi, PiGains, PiSettings, VelocityGains, VelocityPi};
 pub use ramp::{RampGains, ServoRamp};
 pub use servo::{Feedback, Mode, Servo};
 pub use settings::{Commutation, EncoderInitMode, EncoderSettings, Sensor, ServoGains, ServoSettings, VelocityUnit};

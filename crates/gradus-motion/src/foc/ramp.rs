@@ -3,7 +3,7 @@
 use super::within;
 
 /// More than any velocity of the module, and little enough for the ramp's arithmetic.
-const FASTEST_RPM: u32 = (1 << 18) - 1;
+pub(crate) const FASTEST_RPM: u32 = (1 << 18) - 1;
 
 /// What a tick of a [`ServoRamp`] needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl ServoRamp {
         let way_q32 = self.velocity_q32 * 2_048 / (1_875 * gains.units_per_rpm).max(1);
         let arrives = way_q32.unsigned_abs() >= distance_q32.unsigned_abs() && way_q32.signum() == direction;
         if arrives {
-            *self = Self { position: target, ..Self::default() };
+            self.stand_at(target);
         } else {
             let beyond_q32 = self.fraction_q32 + way_q32;
             self.position = self.position.wrapping_add((beyond_q32 >> 32) as i32);
@@ -77,10 +77,9 @@ impl ServoRamp {
         self.velocity_q32 += within(change, gains.velocity_per_ms_q32);
     }
 
-    /// Goes on from this velocity.
-    pub fn set_velocity(&mut self, rpm: i32) {
-        let fastest = FASTEST_RPM as i32;
-        self.velocity_q32 = i64::from(rpm.clamp(-fastest, fastest)) << 32;
+    /// Goes on from this velocity in 1/65536 rpm.
+    pub fn set_velocity_q16(&mut self, rpm_q16: i64) {
+        self.velocity_q32 = within(rpm_q16, i64::from(FASTEST_RPM) << 16) << 16;
     }
 
     /// Goes on from this position.
@@ -89,9 +88,20 @@ impl ServoRamp {
         self.fraction_q32 = 0;
     }
 
+    /// Stands at this position.
+    pub fn stand_at(&mut self, position: i32) {
+        *self = Self { position, ..Self::default() };
+    }
+
     /// Velocity of the ramp, towards zero rounded.
     pub fn velocity_rpm(&self) -> i32 {
         (self.velocity_q32 / (1 << 32)) as i32
+    }
+
+    /// Velocity of the ramp in 1/65536 rpm, rounded down.
+    #[inline]
+    pub fn velocity_q16(&self) -> i64 {
+        self.velocity_q32 >> 16
     }
 
     /// Position of the ramp, 65536 a turn.

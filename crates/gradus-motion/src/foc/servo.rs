@@ -5,7 +5,7 @@ use super::current_loop::{CurrentLoop, MotorKind};
 use super::encoder_init::{EncoderInit, InitState};
 use super::filter::Pt1;
 use super::modulation::Duties;
-use super::pi::Pi;
+use super::pi::VelocityPi;
 use super::ramp::ServoRamp;
 use super::settings::{Commutation, ServoGains};
 use super::vector::Dq;
@@ -41,8 +41,10 @@ pub enum Mode {
 /// - in current mode the ramp follows the measured velocity and position, and the velocity regulator starts with the
 ///   torque that flows;
 /// - in velocity mode the ramp follows the measured position;
-/// - a position ramp starts as far ahead of the rotor as the position regulator needs to ask for the velocity that the
-///   rotor has.
+/// - a position ramp starts where the rotor is, with the velocity that it was to have.
+///
+/// In position mode the ramp's velocity is fed forward: the position regulator adds to it what the deviation needs, so that a
+/// motor that follows its ramp has no deviation. Without a ramp there is nothing to feed.
 ///
 /// With [`Commutation::Encoder`] the rotor's angle is found first, as [`InitState`] tells, then the motor does what was
 /// asked of it. A direct-current motor needs no angle.
@@ -58,13 +60,13 @@ pub struct Servo {
     position_offset: i32,
     init: EncoderInit,
     current: CurrentLoop,
-    velocity: Pi,
+    velocity: VelocityPi,
     ramp: ServoRamp,
     /// Parts of a millisecond that have passed, `pwm_hz` a millisecond.
     millisecond: u32,
     position: i32,
-    velocity_rpm: i32,
-    command_rpm: i32,
+    velocity_q16: i64,
+    command_q16: i64,
     position_error: i32,
     mean_velocity: Pt1,
     mean_torque: Pt1,
@@ -84,12 +86,12 @@ impl Servo {
             position_offset: 0,
             init: EncoderInit::Needed,
             current: CurrentLoop::default(),
-            velocity: Pi::default(),
+            velocity: VelocityPi::default(),
             ramp: ServoRamp::default(),
             millisecond: 0,
             position: 0,
-            velocity_rpm: 0,
-            command_rpm: 0,
+            velocity_q16: 0,
+            command_q16: 0,
             position_error: 0,
             mean_velocity: Pt1::new(3),
             mean_torque: Pt1::new(4),
@@ -122,8 +124,12 @@ impl Servo {
         if let Some(duties) = self.initialise(feedback) {
             return Some(duties);
         }
+        if self.encoder_init_failed() {
+            self.rest();
+            return None;
+        }
         self.tick_millisecond(self.mode);
-        self.command_rpm = self.velocity_command();
+        self.command_q16 = self.velocity_command();
         let target_ma = match self.gains.commutation {
             Commutation::OpenLoop => self.drag(),
             _ => Dq { d: self.target_flux(), q: self.torque_command() * self.gains.direction },
@@ -140,7 +146,7 @@ impl Servo {
 
     fn rest(&mut self) {
         self.current = CurrentLoop::default();
-        self.velocity = Pi::default();
+        self.velocity = VelocityPi::default();
         self.tick_millisecond(Mode::Current);
     }
 
@@ -150,8 +156,8 @@ impl Servo {
         self.position = self.sensor_position().wrapping_sub(self.position_offset);
         // No shaft turns once in a cycle: a counter that jumps must not overflow what follows.
         let step_q32 = within(self.sensors.velocity_q32(&self.gains), 1 << 32);
-        let rpm = (step_q32 * self.gains.rpm_per_step + (1 << 31)) >> 32;
-        self.velocity_rpm = rpm as i32 * self.gains.direction;
+        let rpm_q16 = (step_q32 * self.gains.rpm_per_step) >> 16;
+        self.velocity_q16 = rpm_q16 * i64::from(self.gains.direction);
     }
 
     #[inline]
@@ -184,20 +190,20 @@ impl Servo {
             Mode::Velocity => self.approach_velocity(),
             Mode::Position => self.approach_position(),
         }
-        self.mean_velocity.step(self.velocity_rpm);
+        self.mean_velocity.step(self.velocity_rpm());
         self.mean_torque.step(self.torque_ma());
         self.mean_flux.step(self.current.actual_ma().d);
     }
 
     fn follow_motor(&mut self) {
-        self.ramp.set_velocity(self.velocity_rpm);
+        self.ramp.set_velocity_q16(self.velocity_q16);
         self.ramp.set_position(self.position);
     }
 
     fn approach_velocity(&mut self) {
         match &self.gains.ramp {
             Some(gains) => self.ramp.tick_velocity(gains, self.target_velocity_rpm),
-            None => self.ramp.set_velocity(self.within_max_velocity(i64::from(self.target_velocity_rpm))),
+            None => self.ramp.set_velocity_q16(self.within_max_velocity(i64::from(self.target_velocity_rpm) << 16)),
         }
         self.ramp.set_position(self.position);
     }
@@ -205,25 +211,26 @@ impl Servo {
     fn approach_position(&mut self) {
         match &self.gains.ramp {
             Some(gains) => self.ramp.tick_position(gains, self.target_position),
-            None => self.ramp.set_position(self.target_position),
+            None => self.ramp.stand_at(self.target_position),
         }
     }
 
     #[inline]
-    fn velocity_command(&mut self) -> i32 {
+    fn velocity_command(&mut self) -> i64 {
         match self.mode {
             Mode::Current => 0,
-            Mode::Velocity => self.ramp.velocity_rpm(),
+            Mode::Velocity => self.ramp.velocity_q16(),
             Mode::Position => {
                 self.position_error = self.ramp.position().wrapping_sub(self.position);
-                self.within_max_velocity((i64::from(self.position_error) * self.gains.position_p_q16) >> 16)
+                let correction_q16 = i64::from(self.position_error) * self.gains.position_p_q16;
+                self.within_max_velocity(self.ramp.velocity_q16() + correction_q16)
             }
         }
     }
 
     #[inline]
-    fn within_max_velocity(&self, rpm: i64) -> i32 {
-        within(rpm, self.gains.max_velocity_rpm.into()) as i32
+    fn within_max_velocity(&self, rpm_q16: i64) -> i64 {
+        within(rpm_q16, self.gains.max_velocity_q16)
     }
 
     #[inline]
@@ -231,7 +238,7 @@ impl Servo {
         if self.mode == Mode::Current {
             return self.within_max_current(self.target_current_ma.q);
         }
-        let error = self.command_rpm.saturating_sub(self.velocity_rpm);
+        let error = self.command_q16 - self.velocity_q16;
         self.velocity.cycle(&self.gains.velocity, error, self.gains.max_current_ma)
     }
 
@@ -248,18 +255,21 @@ impl Servo {
     /// Open loop: turns the field on; all current goes along it.
     #[inline]
     fn drag(&mut self) -> Dq {
-        self.sensors.open_loop.advance(&self.gains, self.command_rpm * self.gains.direction);
+        self.sensors.open_loop.advance(&self.gains, self.command_q16 * i64::from(self.gains.direction));
         Dq { d: self.gains.open_loop_current_ma, q: 0 }
     }
 }
 
 /// Initialisation of the encoder.
 impl Servo {
-    /// The duties of an alignment, `None` when the motor can run.
+    fn needs_angle(&self) -> bool {
+        self.gains.commutation == Commutation::Encoder && self.gains.motor == MotorKind::ThreePhase
+    }
+
+    /// The duties of an alignment, `None` when it is over.
     #[inline]
     fn initialise(&mut self, feedback: &Feedback) -> Option<Duties> {
-        let needs_angle = self.gains.commutation == Commutation::Encoder && self.gains.motor == MotorKind::ThreePhase;
-        if !needs_angle || self.init.is_done() {
+        if !self.needs_angle() || self.init.is_done() {
             return None;
         }
         let duties = self.init.cycle(&self.gains, &mut self.sensors, &mut self.current, feedback.phases_ma)?;
@@ -274,7 +284,12 @@ impl Servo {
 
     /// State of the initialisation (103).
     pub fn init_state(&self) -> InitState {
-        self.init.state(&self.gains.encoder)
+        self.init.state()
+    }
+
+    /// True when the encoder commutates and its initialisation has failed: the bridge stays open until it is begun again.
+    pub fn encoder_init_failed(&self) -> bool {
+        self.needs_angle() && self.init.has_failed()
     }
 
     /// True when the encoder's offset is known.
@@ -295,8 +310,8 @@ impl Servo {
     pub fn turn(&mut self, rpm: i32) {
         self.target_velocity_rpm = rpm;
         if self.mode != Mode::Velocity {
-            let rpm = self.velocity_without_jump();
-            self.ramp.set_velocity(rpm);
+            let rpm_q16 = self.velocity_without_jump();
+            self.ramp.set_velocity_q16(rpm_q16);
             self.mode = Mode::Velocity;
         }
     }
@@ -304,34 +319,43 @@ impl Servo {
     /// Regulates velocity 0 at once, without the ramp.
     pub fn brake(&mut self) {
         self.turn(0);
-        self.ramp.set_velocity(0);
+        self.ramp.set_velocity_q16(0);
     }
 
     /// Regulates the position (50), 65536 a turn.
     pub fn move_to(&mut self, position: i32) {
         self.target_position = position;
         if self.mode != Mode::Position {
-            let rpm = self.velocity_without_jump();
-            let lead = (i64::from(rpm) << 16).checked_div(self.gains.position_p_q16).unwrap_or(0);
-            self.ramp.set_velocity(rpm);
-            self.ramp.set_position(self.position.wrapping_add(lead as i32));
+            let rpm_q16 = self.velocity_without_jump();
+            self.ramp.set_velocity_q16(rpm_q16);
+            self.ramp.set_position(self.position);
+            // A ramp that goes on by steps of a millisecond is half a step ahead of the rotor, then half a step behind.
+            self.millisecond = self.gains.pwm_hz / 2;
             self.mode = Mode::Position;
         }
     }
 
     /// Velocity that the regulator is to ask for now. After current mode the regulator starts with the torque that is
     /// wanted.
-    fn velocity_without_jump(&mut self) -> i32 {
+    fn velocity_without_jump(&mut self) -> i64 {
         if self.mode == Mode::Current {
             self.velocity.preset(self.within_max_current(self.target_current_ma.q));
-            self.velocity_rpm
+            self.velocity_q16
         } else {
-            self.command_rpm
+            self.command_q16
         }
     }
 
-    /// Calls this position of the rotor `position`. The motor does not move, but a target that it has keeps its number.
+    /// Calls this position of the rotor `position` (52), and makes it target and position of the ramp: what stands, stays.
     pub fn set_position(&mut self, position: i32) {
+        self.count_from(position);
+        self.ramp.set_position(position);
+        self.target_position = position;
+    }
+
+    /// Calls this position of the rotor `position`, and the ramp's as much more or less. A target keeps its number, so that
+    /// the motor ends elsewhere.
+    pub fn count_from(&mut self, position: i32) {
         let shift = position.wrapping_sub(self.position);
         self.position_offset = self.position_offset.wrapping_sub(shift);
         self.ramp.set_position(self.ramp.position().wrapping_add(shift));
@@ -371,9 +395,9 @@ impl Servo {
         self.position
     }
 
-    /// Velocity as the regulator sees it.
+    /// Velocity as the regulator sees it, to the nearest rpm.
     pub fn velocity_rpm(&self) -> i32 {
-        self.velocity_rpm
+        ((self.velocity_q16 + (1 << 15)) >> 16) as i32
     }
 
     /// Velocity (42), low-pass filtered with a time constant of 8 ms.
@@ -412,7 +436,7 @@ impl Servo {
     }
 
     /// Regulator of the velocity (77, 80).
-    pub fn velocity_loop(&self) -> &Pi {
+    pub fn velocity_loop(&self) -> &VelocityPi {
         &self.velocity
     }
 

@@ -3,8 +3,8 @@
 use super::current_loop::{CurrentGains, MotorKind};
 use super::encoder::VelocityWindow;
 use super::hall::{HallGains, HallSettings};
-use super::pi::{PiGains, PiSettings};
-use super::ramp::RampGains;
+use super::pi::{PiGains, PiSettings, VelocityGains};
+use super::ramp::{FASTEST_RPM, RampGains};
 use super::turns::CountScale;
 
 /// Source of the commutation angle (TMCM-1617 manual, axis parameter 15).
@@ -44,7 +44,7 @@ pub enum VelocityUnit {
 /// How the encoder's offset to the rotor is found (axis parameter 102).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EncoderInitMode {
-    /// A field pulls the rotor to angle zero.
+    /// A field pulls the rotor to angle zero, where it comes to rest.
     #[default]
     Estimate,
     /// The rotor turns on its hall sensors until one of them changes.
@@ -60,7 +60,7 @@ pub struct EncoderSettings {
     pub inverted: bool,
     /// How its offset is found.
     pub init_mode: EncoderInitMode,
-    /// Time that [`EncoderInitMode::Estimate`] takes, in ms: 0 to 10000. The rotor must have settled in half of it.
+    /// Time that [`EncoderInitMode::Estimate`] takes, in ms: 0 to 10000. It takes longer where the rotor has not settled.
     pub init_delay_ms: u32,
 }
 
@@ -140,7 +140,7 @@ impl Default for ServoSettings {
 impl ServoSettings {
     /// What a cycle needs of these settings. Values outside their ranges are taken for the nearest end.
     pub fn gains(&self) -> ServoGains {
-        let pwm_hz = self.pwm_hz.clamp(1_000, 100_000);
+        let pwm_hz = self.pwm_hz.clamp(25_000, 100_000);
         let pole_pairs = self.pole_pairs.clamp(1, 255);
         let units_per_rpm = match self.velocity_unit {
             VelocityUnit::Mechanical => 1,
@@ -158,7 +158,7 @@ impl ServoSettings {
             current: CurrentGains::new(self.torque, self.motor, pwm_hz),
             velocity: PiGains::velocity(self.velocity, pwm_hz),
             position_p_q16: i64::from(self.position_p),
-            max_velocity_rpm: self.max_velocity_rpm.min(1 << 20) as i32,
+            max_velocity_q16: i64::from(self.max_velocity_rpm.min(FASTEST_RPM)) << 16,
             ramp: self.ramp.then(|| RampGains::new(self.max_velocity_rpm, self.acceleration_rpm_s, units_per_rpm)),
             hall: HallGains::new(self.hall, pole_pairs, pwm_hz),
             encoder: EncoderGains::new(&self.encoder, pwm_hz),
@@ -182,9 +182,9 @@ pub struct ServoGains {
     pub(crate) max_current_ma: i32,
     pub(crate) open_loop_current_ma: i32,
     pub(crate) current: CurrentGains,
-    pub(crate) velocity: PiGains,
+    pub(crate) velocity: VelocityGains,
     pub(crate) position_p_q16: i64,
-    pub(crate) max_velocity_rpm: i32,
+    pub(crate) max_velocity_q16: i64,
     pub(crate) ramp: Option<RampGains>,
     pub(crate) hall: HallGains,
     pub(crate) encoder: EncoderGains,
@@ -202,22 +202,28 @@ pub(crate) struct EncoderGains {
     pub inverted: bool,
     pub window_shift: u32,
     pub init_mode: EncoderInitMode,
-    /// A quarter of the initialisation's time, in cycles, at least one.
-    pub quarter_cycles: u32,
+    /// An eighth of the initialisation's time, in cycles, at least one.
+    pub eighth_cycles: u32,
     /// How much the field turns in a cycle while it goes from a quarter turn to zero.
     pub sweep_q32: u32,
+    /// Cycles after which a rotor that has not moved has settled.
+    pub still_cycles: u32,
+    /// Cycles in which the rotor must have settled everywhere.
+    pub longest_cycles: u32,
 }
 
 impl EncoderGains {
     fn new(settings: &EncoderSettings, pwm_hz: u32) -> Self {
-        let quarter_cycles = (settings.init_delay_ms.min(10_000) * (pwm_hz / 1_000) / 4).max(1);
+        let eighth_cycles = (settings.init_delay_ms.min(10_000) * (pwm_hz / 1_000) / 8).max(1);
         Self {
             scale: CountScale::new(settings.counts_per_turn),
             inverted: settings.inverted,
             window_shift: VelocityWindow::shift(pwm_hz),
             init_mode: settings.init_mode,
-            quarter_cycles,
-            sweep_q32: (1 << 30) / quarter_cycles,
+            eighth_cycles,
+            sweep_q32: (1 << 30) / (2 * eighth_cycles),
+            still_cycles: (eighth_cycles / 2).max(pwm_hz / 40),
+            longest_cycles: 16 * eighth_cycles + 4 * pwm_hz,
         }
     }
 }

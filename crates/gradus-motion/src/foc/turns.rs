@@ -14,6 +14,11 @@ impl CountScale {
         let counts = u64::from(counts_per_turn.clamp(1, 1 << 24));
         Self { counts_per_turn: counts as i64, turn_q48_per_count: (1_u64 << 48).div_ceil(counts) }
     }
+    /// Way of a count, 2^32 a turn, rounded down.
+    #[inline]
+    pub(crate) fn count_q32(&self) -> i64 {
+        (self.turn_q48_per_count >> 16) as i64
+    }
 }
 
 /// A counter of turns and counts within the turn. It adds up integers only, so it does not drift.

@@ -52,7 +52,10 @@ impl Rig {
         let mut rig = Self::new(ServoSettings { commutation: Commutation::Encoder, ..settings }, setup);
         if setup.motor.phases == Phases::Three {
             rig.run(1.01, |_| ());
-            assert!(rig.servo.encoder_is_initialised());
+            while !rig.servo.encoder_is_initialised() {
+                assert!(!rig.servo.encoder_init_failed(), "after {} s", rig.seconds);
+                rig.run(0.01, |_| ());
+            }
         }
         rig.run(0.1, |_| ());
         rig.seconds = 0.0;
