@@ -20,6 +20,10 @@ pub enum EepromError {
     Size { path: PathBuf, found: u64, expected: u64 },
     #[error("cannot write the EEPROM file {path}")]
     Write { path: PathBuf, source: io::Error },
+    #[error(
+        "another program has cut the EEPROM file {path} to {found} of {expected} bytes; what was stored in the rest is lost"
+    )]
+    Cut { path: PathBuf, found: u64, expected: u64 },
 }
 
 /// Bytes of a page.
@@ -51,7 +55,9 @@ struct Page {
 struct Backing {
     file: File,
     path: PathBuf,
-    failure: Option<io::Error>,
+    /// Bytes of the file, as long as nobody else changes it.
+    size: u64,
+    failure: Option<EepromError>,
 }
 
 impl Clone for Eeprom {
@@ -96,7 +102,7 @@ impl Eeprom {
     fn open_file(path: &Path, size: usize) -> Result<Self, EepromError> {
         let mut file = open_locked(path)?;
         let cells = read_cells(&mut file, path, size)?;
-        let backing = Backing { file, path: path.to_owned(), failure: None };
+        let backing = Backing { file, path: path.to_owned(), size: size as u64, failure: None };
         Ok(Self { file: Some(backing), ..Self::with_cells(&cells) })
     }
 
@@ -127,26 +133,16 @@ impl Eeprom {
     /// # Errors
     /// The first failure.
     pub fn check(&mut self) -> Result<(), EepromError> {
-        match &mut self.file {
-            Some(Backing { path, failure, .. }) => {
-                failure.take().map_or(Ok(()), |source| Err(EepromError::Write { path: path.clone(), source }))
-            }
-            None => Ok(()),
-        }
+        self.file.as_mut().and_then(|backing| backing.failure.take()).map_or(Ok(()), Err)
     }
 
     /// Waits until the file is on the disk.
     ///
     /// # Errors
-    /// When the file cannot be written.
+    /// When the file cannot be written, or another program has cut it.
     pub fn sync(&mut self) -> Result<(), EepromError> {
         self.check()?;
-        match &self.file {
-            Some(Backing { file, path, .. }) => {
-                file.sync_all().map_err(|source| EepromError::Write { path: path.clone(), source })
-            }
-            None => Ok(()),
-        }
+        self.file.as_ref().map_or(Ok(()), Backing::sync)
     }
 
     /// True while there is power for another write.
@@ -185,11 +181,34 @@ impl Store for Eeprom {
 }
 
 impl Backing {
+    /// Writes a byte, unless another program has cut the file: it would be filled with zeros, and nobody would know.
     fn write(&mut self, address: u32, byte: u8) {
-        let written = self.file.seek(SeekFrom::Start(address.into())).and_then(|_| self.file.write_all(&[byte]));
-        if let Err(error) = written {
+        if let Err(error) = self.whole().and_then(|()| self.put(address, byte)) {
             self.failure.get_or_insert(error);
         }
+    }
+
+    fn put(&mut self, address: u32, byte: u8) -> Result<(), EepromError> {
+        let written = self.file.seek(SeekFrom::Start(address.into())).and_then(|_| self.file.write_all(&[byte]));
+        written.map_err(|source| self.fail(source))
+    }
+
+    fn sync(&self) -> Result<(), EepromError> {
+        self.whole()?;
+        self.file.sync_all().map_err(|source| self.fail(source))
+    }
+
+    /// Fails if the file is shorter than it was.
+    fn whole(&self) -> Result<(), EepromError> {
+        let found = self.file.metadata().map_err(|source| self.fail(source))?.len();
+        if found < self.size {
+            return Err(EepromError::Cut { path: self.path.clone(), found, expected: self.size });
+        }
+        Ok(())
+    }
+
+    fn fail(&self, source: io::Error) -> EepromError {
+        EepromError::Write { path: self.path.clone(), source }
     }
 }
 
@@ -226,7 +245,7 @@ pub(crate) mod tests {
     pub(crate) fn broken(size: usize) -> Eeprom {
         let path = PathBuf::from("/dev/null");
         let file = File::open(&path).unwrap();
-        Eeprom { file: Some(Backing { file, path, failure: None }), ..Eeprom::new(size) }
+        Eeprom { file: Some(Backing { file, path, size: 0, failure: None }), ..Eeprom::new(size) }
     }
 
     #[test]
@@ -296,6 +315,20 @@ pub(crate) mod tests {
         eeprom.sync().unwrap();
         drop(eeprom);
         assert_eq!(read(&mut Eeprom::open_file(&path, 8).unwrap(), 3), [0x42, 0]);
+    }
+
+    #[test]
+    fn file_that_is_cut_while_in_use_is_noticed() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("eeprom");
+        let mut eeprom = Eeprom::open_file(&path, 8).unwrap();
+        eeprom.write(3, 0x42);
+        std::fs::write(&path, [1, 2]).unwrap();
+        eeprom.write(3, 0x43);
+        let error = eeprom.check().unwrap_err();
+        assert!(matches!(error, EepromError::Cut { found: 2, expected: 8, .. }), "{error}");
+        assert!(matches!(eeprom.sync(), Err(EepromError::Cut { .. })), "at the end too, if nothing is written");
+        assert_eq!(std::fs::read(&path).unwrap(), [1, 2], "the file is left alone");
     }
 
     #[test]

@@ -3,6 +3,8 @@
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read, Write};
+#[cfg(target_os = "linux")]
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
@@ -136,6 +138,57 @@ fn under_nohup_it_outlives_its_terminal() {
     assert!(!read_line(&mut sim.output).is_empty());
     assert_eq!(sim.session(0).get_axis(Ap::TargetSpeed, 0).unwrap(), 0);
     sim.stop();
+}
+
+/// Processor time that a process has taken so far.
+#[cfg(target_os = "linux")]
+fn processor_seconds(process: &Child) -> f64 {
+    let stat = std::fs::read_to_string(format!("/proc/{}/stat", process.id())).unwrap();
+    let fields: Vec<&str> = stat.rsplit(") ").next().unwrap().split(' ').collect();
+    (fields[11].parse::<f64>().unwrap() + fields[12].parse::<f64>().unwrap()) / 100.0
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn at_the_limit_of_descriptors_hosts_are_turned_away_and_it_does_not_spin() {
+    let script = r#"ulimit -n 24; exec "$0" sim --tcp 127.0.0.1:0"#;
+    let mut sim = Sim::spawn(Command::new("sh").args(["-c", script, GRADUS]));
+    let address = sim.endpoints[0].strip_prefix("tcp ").unwrap().to_owned();
+    let mut first = sim.session(0);
+    let mut hosts: Vec<TcpStream> = (0..40).map(|_| TcpStream::connect(&address).unwrap()).collect();
+    hosts[39].set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+    assert!(matches!(hosts[39].read(&mut [0]), Ok(0) | Err(_)), "the last one is turned away");
+    let before = processor_seconds(&sim.process);
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(processor_seconds(&sim.process) - before < 0.2, "it spins");
+    assert_eq!(first.get_axis(Ap::TargetSpeed, 0).unwrap(), 0, "who is there is served");
+    hosts.clear();
+    let start = Instant::now();
+    while Session::open(&sim.url(0).parse().unwrap()).is_err() {
+        assert!(start.elapsed() < Duration::from_secs(10), "there is room again");
+    }
+    kill(&sim.process, "TERM");
+    let mut said = String::new();
+    sim.process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert!(said.starts_with("there is no room for more hosts; they are turned away until one leaves\n"), "{said}");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn an_input_that_is_no_operator_closes_the_console_and_not_the_simulator() {
+    for (input, why) in [
+        ("</dev/zero", "the console is closed: a line of more than 4096 bytes"),
+        ("</dev/urandom", "the console is closed: 100 wrong lines one after another"),
+    ] {
+        let script = format!(r#"exec "$0" sim --tcp 127.0.0.1:0 {input}"#);
+        let mut sim = Sim::spawn(Command::new("sh").args(["-c", &script, GRADUS]));
+        assert_eq!(sim.session(0).get_axis(Ap::TargetSpeed, 0).unwrap(), 0, "{input}");
+        kill(&sim.process, "TERM");
+        let mut said = Vec::new();
+        sim.process.stderr.take().unwrap().read_to_end(&mut said).unwrap();
+        assert!(String::from_utf8_lossy(&said).trim_end().ends_with(why), "{input}");
+        assert!(said.len() < 50_000, "{} bytes", said.len());
+    }
 }
 
 #[test]

@@ -5,12 +5,13 @@
 
 use std::fmt;
 use std::io::{self, Write};
-use std::net::{SocketAddr, TcpListener};
+use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::fd::AsFd;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use rustix::io::Errno;
 use signal_hook::SigId;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
@@ -80,6 +81,11 @@ pub struct Server {
     /// The places of the lines of each bus.
     lines_on: Vec<Vec<usize>>,
     waiter: Waiter,
+    /// Is given up for a moment when there are no descriptors left, to turn a host away: one that is left waiting would wake the
+    /// server again and again.
+    spare: Option<UnixStream>,
+    /// Hosts are turned away, and the operator knows.
+    full: bool,
     /// What the waiter watches for a stop.
     _stop: UnixStream,
     stopper: UnixStream,
@@ -132,6 +138,8 @@ impl Server {
             lines: Vec::new(),
             lines_on: Vec::new(),
             waiter,
+            spare: stopper.try_clone().ok(),
+            full: false,
             _stop: stop,
             stopper,
             signals: Vec::new(),
@@ -304,7 +312,7 @@ impl Server {
                     self.waiter.remove(console.as_fd());
                 }
             }
-            Source::Listener(index) => self.accept(index)?,
+            Source::Listener(index) => self.accept(index, console)?,
             Source::Visitors(index) => {
                 if let Some(line) = &mut self.lines[index] {
                     line.check_visitors(&mut self.rig);
@@ -320,16 +328,44 @@ impl Server {
         Ok(())
     }
 
-    /// A host that is gone already is nobody's loss.
-    fn accept(&mut self, index: usize) -> Result<(), ServeError> {
-        let Listener { socket, bus, endpoint } = &self.listeners[index];
-        if let Ok((stream, _)) = socket.accept()
-            && self.lines.len() < MAX_LINES
-            && let Ok(carrier) = Carrier::tcp(stream)
+    /// Admits a host, if there is room for it. One that is gone already is nobody's loss.
+    fn accept(&mut self, index: usize, console: &mut Option<Console>) -> Result<(), ServeError> {
+        let admitted = match self.listeners[index].socket.accept() {
+            Ok((stream, _)) => self.admit_host(index, stream)?,
+            Err(error) if is_out_of_descriptors(&error) => self.turn_away(index),
+            Err(_) => return Ok(()),
+        };
+        if !admitted
+            && !self.full
+            && let Some(console) = console
         {
-            self.add_line(carrier, Protocol::of(endpoint), *bus)?;
+            console.complain("there is no room for more hosts; they are turned away until one leaves");
         }
+        self.full = !admitted;
         Ok(())
+    }
+
+    fn admit_host(&mut self, listener: usize, stream: TcpStream) -> Result<bool, ServeError> {
+        let Listener { bus, endpoint, .. } = &self.listeners[listener];
+        let (bus, protocol) = (*bus, Protocol::of(endpoint));
+        let Ok(carrier) = Carrier::tcp(stream) else { return Ok(true) };
+        if self.lines.iter().flatten().count() >= MAX_LINES {
+            return Ok(false);
+        }
+        match self.add_line(carrier, protocol, bus) {
+            Err(ServeError::Wait(_)) => Ok(false),
+            added => added.map(|()| true),
+        }
+    }
+
+    /// Accepts a host with the spare descriptor and lets it go. Never succeeds in admitting one.
+    fn turn_away(&mut self, index: usize) -> bool {
+        if self.spare.take().is_none() {
+            std::thread::sleep(STEP); // somebody else in this process has taken the last one
+        }
+        drop(self.listeners[index].socket.accept());
+        self.spare = self.stopper.try_clone().ok();
+        false
     }
 
     /// The lines whose hosts have got something send it.
@@ -344,21 +380,34 @@ impl Server {
     }
 }
 
+/// True when the process or the computer has no more descriptors, or no memory for them.
+fn is_out_of_descriptors(error: &io::Error) -> bool {
+    matches!(Errno::from_io_error(error), Some(Errno::MFILE | Errno::NFILE | Errno::NOBUFS | Errno::NOMEM))
+}
+
 // Lines.
 impl Server {
     fn add_line(&mut self, carrier: Carrier, protocol: Protocol, bus: usize) -> Result<(), ServeError> {
         let place = put(&mut self.lines, Line::new(carrier, protocol, bus, &mut self.rig));
-        if let Some(line) = &self.lines[place] {
-            let visitors = line.visitors().map(|visitors| (visitors, Source::Visitors(place)));
-            for (descriptor, source) in [(line.as_fd(), Source::Line(place))].into_iter().chain(visitors) {
-                self.waiter.add(descriptor, source.token(), Interest::READ).map_err(ServeError::Wait)?;
-            }
+        if let Err(error) = self.watch(place) {
+            self.remove_line(place);
+            return Err(ServeError::Wait(error));
         }
         if self.lines_on.len() <= bus {
             self.lines_on.resize_with(bus + 1, Vec::new);
         }
         self.lines_on[bus].push(place);
         self.flush(place)
+    }
+
+    /// Waits for a line from now on.
+    fn watch(&mut self, place: usize) -> io::Result<()> {
+        let Some(line) = &self.lines[place] else { return Ok(()) };
+        let visitors = line.visitors().map(|visitors| (visitors, Source::Visitors(place)));
+        for (descriptor, source) in [(line.as_fd(), Source::Line(place))].into_iter().chain(visitors) {
+            self.waiter.add(descriptor, source.token(), Interest::READ)?;
+        }
+        Ok(())
     }
 
     /// Sends what a line has, but no reply that promises a value which could not be stored.
@@ -382,7 +431,9 @@ impl Server {
     fn remove_line(&mut self, place: usize) {
         if let Some(line) = self.lines[place].take() {
             self.waiter.remove(line.as_fd());
-            self.lines_on[line.bus()].retain(|other| *other != place);
+            if let Some(places) = self.lines_on.get_mut(line.bus()) {
+                places.retain(|other| *other != place);
+            }
             line.detach(&mut self.rig);
         }
     }

@@ -1,5 +1,4 @@
 use std::io::Read;
-use std::net::TcpStream;
 
 use gradus_tmcl::catalogue::TMCM_3351;
 
