@@ -28,6 +28,16 @@ impl Mode {
     pub const fn standalone(self) -> bool {
         matches!(self, Self::Standalone | Self::Both)
     }
+
+    /// Wherever one of the two allows it.
+    const fn or(self, other: Self) -> Self {
+        match (self.direct() || other.direct(), self.standalone() || other.standalone()) {
+            (true, true) => Self::Both,
+            (true, false) => Self::Direct,
+            (false, true) => Self::Standalone,
+            (false, false) => Self::None,
+        }
+    }
 }
 
 /// Where a command may stand, by manual.
@@ -50,6 +60,7 @@ impl Modes {
             Model::Tmcm3351 => self.tmcm3351,
             Model::Tmcm1617 => self.tmcm1617,
             Model::Tmcm351 => self.tmcm351_rev106,
+            Model::Any => self.tmcm3351.or(self.tmcm1617).or(self.tmcm351).or(self.tmcm351_rev106),
         }
     }
 }
@@ -152,6 +163,8 @@ pub struct Command {
     pub modes: Modes,
     /// Whether ASCII mode has it.
     pub ascii: Ascii,
+    /// Firmware version, major and minor, that it came with; `None` where it has always been there.
+    pub since: Option<(u8, u8)>,
 }
 
 /// Why operands do not make an instruction.
@@ -179,6 +192,13 @@ pub enum EncodeError {
     },
 }
 
+impl Keyword {
+    /// True if the module has it.
+    pub fn is_on(&self, module: &Module) -> bool {
+        module.model == Model::Any || self.models.contains(&module.model)
+    }
+}
+
 impl OperandKind {
     /// The words that stand for numbers, empty where only numbers do.
     pub const fn keywords(self) -> &'static [Keyword] {
@@ -197,13 +217,13 @@ impl Operand {
 
     /// The keyword of that text, in any case, if the module has it.
     pub fn keyword(&self, text: &str, module: &Module) -> Option<&'static Keyword> {
-        let is_it = |word: &&Keyword| word.text.eq_ignore_ascii_case(text) && word.models.contains(&module.model);
+        let is_it = |word: &&Keyword| word.text.eq_ignore_ascii_case(text) && word.is_on(module);
         self.kind.keywords().iter().find(is_it)
     }
 
     /// The keyword of that number, if the module has it.
     pub fn keyword_of(&self, number: u8, module: &Module) -> Option<&'static Keyword> {
-        let is_it = |word: &&Keyword| word.number == number && word.models.contains(&module.model);
+        let is_it = |word: &&Keyword| word.number == number && word.is_on(module);
         self.kind.keywords().iter().find(is_it)
     }
 

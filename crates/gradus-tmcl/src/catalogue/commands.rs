@@ -150,13 +150,26 @@ const fn row(
     [tmcm3351, tmcm1617, tmcm351, tmcm351_rev106]: [Mode; 4],
     ascii: Ascii,
 ) -> Command {
-    Command { opcode, mnemonic, name, operands, modes: Modes { tmcm3351, tmcm1617, tmcm351, tmcm351_rev106 }, ascii }
+    let modes = Modes { tmcm3351, tmcm1617, tmcm351, tmcm351_rev106 };
+    Command { opcode, mnemonic, name, operands, modes, ascii, since: None }
+}
+
+/// A command that came with firmware 1.11 of the TMCM-3351 (manual, section 3.5.7); no other module has it.
+const fn new(
+    opcode: Opcode,
+    mnemonic: &'static str,
+    name: &'static str,
+    operands: &'static [Operand],
+    modes: [Mode; 4],
+    ascii: Ascii,
+) -> Command {
+    Command { since: Some((1, 11)), ..row(opcode, mnemonic, name, operands, modes, ascii) }
 }
 
 const EVERYWHERE: [Mode; 4] = [Both; 4];
 const PROGRAMS: [Mode; 4] = [Standalone; 4];
 const HOST: [Mode; 4] = [Direct; 4];
-/// New in firmware 1.11 of the TMCM-3351.
+/// Only on the TMCM-3351.
 const NEW: [Mode; 4] = [Both, Absent, Absent, Absent];
 const NEW_PROGRAMS: [Mode; 4] = [Standalone, Absent, Absent, Absent];
 
@@ -179,9 +192,9 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::RFS, "RFS", "reference search", &[SEARCH, AXIS], [Both, Absent, Both, Both], Yes),
     row(Opcode::SIO, "SIO", "set output", &[PORT, PORT_BANK, VALUE], EVERYWHERE, Yes),
     row(Opcode::GIO, "GIO", "get input", &[PORT, PORT_BANK, ZERO], EVERYWHERE, Yes),
-    row(Opcode::SAPX, "SAPX", "set axis parameter, axis in X register", &[PARAMETER, VALUE], NEW, No),
-    row(Opcode::GAPX, "GAPX", "get axis parameter, axis in X register", &[PARAMETER], NEW, No),
-    row(Opcode::AAPX, "AAPX", "accu to axis parameter, axis in X register", &[PARAMETER], NEW, No),
+    new(Opcode::SAPX, "SAPX", "set axis parameter, axis in X register", &[PARAMETER, VALUE], NEW, No),
+    new(Opcode::GAPX, "GAPX", "get axis parameter, axis in X register", &[PARAMETER], NEW, No),
+    new(Opcode::AAPX, "AAPX", "accu to axis parameter, axis in X register", &[PARAMETER], NEW, No),
     row(Opcode::CALC, "CALC", "calculate", &[CALC, VALUE], EVERYWHERE, No),
     row(Opcode::COMP, "COMP", "compare", &[VALUE], PROGRAMS, No),
     row(Opcode::JC, "JC", "jump conditional", &[CONDITION, LABEL], PROGRAMS, No),
@@ -203,24 +216,24 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::VECT, "VECT", "define interrupt vector", &[INTERRUPT, LABEL], [Standalone, Absent, Absent, Standalone], No),
     row(Opcode::RETI, "RETI", "return from interrupt", &[], [Standalone, Absent, Absent, Standalone], No),
     row(Opcode::ACO, "ACO", "accu to coordinate", &[COORDINATE, AXIS], [Both, Absent, Both, Both], No),
-    row(Opcode::CALCVV, "CALCVV", "calculate using two user variables", &[CALCVV, VARIABLE, SECOND_VARIABLE], NEW, No),
-    row(Opcode::CALCVA, "CALCVA", "calculate using a user variable and the accumulator", &[CALCVV, VARIABLE], NEW, No),
-    row(Opcode::CALCAV, "CALCAV", "calculate using the accumulator and a user variable", &[CALCVV, VARIABLE], NEW, No),
-    row(Opcode::CALCVX, "CALCVX", "calculate using a user variable and the X register", &[CALCVV, VARIABLE], NEW, No),
-    row(Opcode::CALCXV, "CALCXV", "calculate using the X register and a user variable", &[CALCVV, VARIABLE], NEW, No),
-    row(Opcode::CALCV, "CALCV", "calculate using a user variable and a direct value", &[CALCV, VARIABLE, VALUE], NEW, No),
-    row(Opcode::MVPA, "MVPA", "move to position in accumulator", &[MOVE, AXIS_OR_MASK], NEW, No),
-    row(Opcode::MVPXA, "MVPXA", "move to position in accumulator, axis in X register", &[MOVE], NEW, No),
-    row(Opcode::RST, "RST", "restart program", &[LABEL], NEW_PROGRAMS, No),
-    row(Opcode::DJNZ, "DJNZ", "decrement and jump if not zero", &[COUNTER, LABEL], NEW_PROGRAMS, No),
-    row(Opcode::ROLA, "ROLA", "rotate left, velocity in accumulator", &[AXIS], NEW, No),
-    row(Opcode::RORA, "RORA", "rotate right, velocity in accumulator", &[AXIS], NEW, No),
-    row(Opcode::ROLXA, "ROLXA", "rotate left, velocity in accumulator, axis in X register", &[], NEW, No),
-    row(Opcode::RORXA, "RORXA", "rotate right, velocity in accumulator, axis in X register", &[], NEW, No),
-    row(Opcode::MSTX, "MSTX", "stop motor, axis in X register", &[], NEW, No),
-    row(Opcode::SIV, "SIV", "set indexed variable", &[VALUE], NEW, No),
-    row(Opcode::GIV, "GIV", "get indexed variable", &[], NEW, No),
-    row(Opcode::AIV, "AIV", "accu to indexed variable", &[], NEW, No),
+    new(Opcode::CALCVV, "CALCVV", "calculate using two user variables", &[CALCVV, VARIABLE, SECOND_VARIABLE], NEW, No),
+    new(Opcode::CALCVA, "CALCVA", "calculate using a user variable and the accumulator", &[CALCVV, VARIABLE], NEW, No),
+    new(Opcode::CALCAV, "CALCAV", "calculate using the accumulator and a user variable", &[CALCVV, VARIABLE], NEW, No),
+    new(Opcode::CALCVX, "CALCVX", "calculate using a user variable and the X register", &[CALCVV, VARIABLE], NEW, No),
+    new(Opcode::CALCXV, "CALCXV", "calculate using the X register and a user variable", &[CALCVV, VARIABLE], NEW, No),
+    new(Opcode::CALCV, "CALCV", "calculate using a user variable and a direct value", &[CALCV, VARIABLE, VALUE], NEW, No),
+    new(Opcode::MVPA, "MVPA", "move to position in accumulator", &[MOVE, AXIS_OR_MASK], NEW, No),
+    new(Opcode::MVPXA, "MVPXA", "move to position in accumulator, axis in X register", &[MOVE], NEW, No),
+    new(Opcode::RST, "RST", "restart program", &[LABEL], NEW_PROGRAMS, No),
+    new(Opcode::DJNZ, "DJNZ", "decrement and jump if not zero", &[COUNTER, LABEL], NEW_PROGRAMS, No),
+    new(Opcode::ROLA, "ROLA", "rotate left, velocity in accumulator", &[AXIS], NEW, No),
+    new(Opcode::RORA, "RORA", "rotate right, velocity in accumulator", &[AXIS], NEW, No),
+    new(Opcode::ROLXA, "ROLXA", "rotate left, velocity in accumulator, axis in X register", &[], NEW, No),
+    new(Opcode::RORXA, "RORXA", "rotate right, velocity in accumulator, axis in X register", &[], NEW, No),
+    new(Opcode::MSTX, "MSTX", "stop motor, axis in X register", &[], NEW, No),
+    new(Opcode::SIV, "SIV", "set indexed variable", &[VALUE], NEW, No),
+    new(Opcode::GIV, "GIV", "get indexed variable", &[], NEW, No),
+    new(Opcode::AIV, "AIV", "accu to indexed variable", &[], NEW, No),
     row(Opcode::UF0, "UF0", "user function 0", USER, EVERYWHERE, Yes),
     row(Opcode::UF1, "UF1", "user function 1", USER, EVERYWHERE, Yes),
     row(Opcode::UF2, "UF2", "user function 2", USER, EVERYWHERE, Yes),
@@ -229,7 +242,7 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::UF5, "UF5", "user function 5", USER, EVERYWHERE, Yes),
     row(Opcode::UF6, "UF6", "user function 6", USER, EVERYWHERE, Yes),
     row(Opcode::UF7, "UF7", "user function 7", USER, EVERYWHERE, Yes),
-    row(Opcode::CALL, "CALL", "conditional subroutine call", &[CONDITION, LABEL], NEW_PROGRAMS, No),
+    new(Opcode::CALL, "CALL", "conditional subroutine call", &[CONDITION, LABEL], NEW_PROGRAMS, No),
     row(Opcode::STOP_APPLICATION, "", "stop application", &[], HOST, Special),
     row(Opcode::RUN_APPLICATION, "", "run application", &[RUN_FROM, ADDRESS], HOST, Special),
     row(Opcode::STEP_APPLICATION, "", "step application", &[], HOST, No),

@@ -22,7 +22,7 @@ pub use commands::COMMANDS;
 pub(crate) use commands::FIELDS;
 pub use effect::Effect;
 pub use meaning::{Ap, Gp};
-pub use module::{Direction, Interrupt, InterruptKind, MODULES, Model, Module, MotionChip, Port};
+pub use module::{ANY, Direction, Interrupt, InterruptKind, MODULES, Model, Module, MotionChip, Port};
 pub use parameter::{Access, AxisParameter, Choice, GlobalParameter, Unit, Values};
 pub use tmcm351::TMCM_351;
 pub use tmcm1617::TMCM_1617;

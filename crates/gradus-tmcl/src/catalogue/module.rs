@@ -70,6 +70,8 @@ pub enum Model {
     Tmcm1617,
     /// Three stepper axes, units of the TMC428.
     Tmcm351,
+    /// A module that the catalogue lacks.
+    Any,
 }
 
 /// What makes the motion of a module. It decides the units of its axes, how their switches are wired, and how its driver
@@ -125,6 +127,29 @@ pub struct Module {
     pub(super) modes: [Mode; 256],
 }
 
+/// In place of a module that the catalogue lacks: every command, six axes, the longest memory, and nothing known of
+/// parameters, ports and interrupts. Programs can be assembled and checked for it, as far as that needs no catalogue.
+pub static ANY: Module = Module {
+    model: Model::Any,
+    name: "any",
+    number: 0,
+    version: (0, 0),
+    version_text: b"        ",
+    chip: MotionChip::Tmc4361,
+    axes: 6,
+    program_len: u16::MAX,
+    coordinates: 0,
+    tick_us: 100,
+    instruction_us: 10,
+    axis_parameters: &[],
+    global_parameters: &[],
+    ports: &[],
+    interrupts: &[],
+    axis_rows: axis_rows(&[]),
+    global_rows: global_rows(&[]),
+    modes: modes(Model::Any),
+};
+
 /// The modules.
 pub static MODULES: &[&Module] = &[&TMCM_3351, &TMCM_1617, &TMCM_351];
 
@@ -132,6 +157,16 @@ impl Module {
     /// The module of that name, as `TMCM-3351` or `tmcm-3351`.
     pub fn named(name: &str) -> Option<&'static Module> {
         MODULES.iter().find(|module| module.name.eq_ignore_ascii_case(name)).copied()
+    }
+
+    /// True for [`ANY`], of which nothing is known.
+    pub fn is_any(&self) -> bool {
+        self.model == Model::Any
+    }
+
+    /// Commands of program memory; for [`ANY`] as many as a jump can reach.
+    pub fn memory(&self) -> usize {
+        if self.is_any() { 1 << 16 } else { usize::from(self.program_len) }
     }
 
     /// True if its axis is a servo; else its axes are steppers.
