@@ -7,12 +7,14 @@ use gradus_tmcl::{Instruction, Opcode};
 
 use crate::builtin::BUILT_IN;
 use crate::check::check;
+use crate::code::Code;
 use crate::encoder::{Encoded, encode};
 use crate::names::Names;
 use crate::parser::{self, Body, Command};
-use crate::problem::{Code, Problem, Span};
+use crate::problem::{Problem, Span};
 use crate::reader::{Load, Placed, Reader};
 use crate::source::Source;
+use crate::uses::{Use, uses};
 
 /// What can be chosen about an assembly.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
@@ -26,7 +28,7 @@ pub struct Options {
 }
 
 /// What messages and listings call the constants of [`Options::constants`].
-const OUTSIDE: &str = "constants from outside";
+pub(crate) const OUTSIDE: &str = "constants from outside";
 
 /// A label with its address.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -50,17 +52,43 @@ pub struct Constant {
     pub span: Span,
 }
 
+/// A command as it stands in the text.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct CommandText {
+    /// The whole line.
+    pub line: Span,
+    /// The mnemonic.
+    pub mnemonic: Span,
+    /// The operands, as many as are written.
+    pub operands: Vec<Span>,
+    /// False for a command with an error, of which the program holds only its place.
+    pub is_valid: bool,
+}
+
+impl CommandText {
+    /// The command without labels and comment.
+    pub fn span(&self) -> Span {
+        self.operands.last().map_or(self.mnemonic, |last| self.mnemonic.to(*last))
+    }
+}
+
 /// A program with all that is known about it.
 #[derive(Clone, Debug)]
 pub struct Assembly {
+    /// The module that it is for.
+    pub module: &'static Module,
     /// The commands. One with an error stands here as a command 0, so that the others keep their addresses.
     pub program: Vec<Instruction>,
-    /// The line of each command; an appended STOP has none.
-    pub lines: Vec<Span>,
+    /// The text of each command; an appended STOP has none.
+    pub commands: Vec<CommandText>,
     /// The labels in the order of the text.
     pub labels: Vec<Label>,
     /// The constants in the order of the text, those of built-in files included.
     pub constants: Vec<Constant>,
+    /// Where labels and constants are used, in the order of the text.
+    pub uses: Vec<Use>,
+    /// The comments with their `//`, in the order of the text; not those of built-in files.
+    pub comments: Vec<Span>,
     /// What is wrong, in the order of the text.
     pub problems: Vec<Problem>,
     /// The files, the program's own first.
@@ -99,9 +127,24 @@ pub fn assemble(
     problems.extend(too_long(&program, &text.commands, module));
     problems.sort_by_key(|problem| (problem.span.source, problem.span.start));
 
-    let lines = text.commands.iter().map(|placed| placed.line).collect();
-    let (labels, constants) = (labels(&text.names), constants(&text.names));
-    Assembly { program, lines, labels, constants, problems, sources: text.sources }
+    let commands = text.commands.iter().zip(&encoded).map(|(placed, encoded)| command_text(placed, encoded.is_some()));
+    Assembly {
+        module,
+        program,
+        commands: commands.collect(),
+        labels: labels(&text.names),
+        constants: constants(&text.names),
+        uses: uses(&text),
+        comments: text.comments,
+        problems,
+        sources: text.sources,
+    }
+}
+
+fn command_text(placed: &Placed, is_valid: bool) -> CommandText {
+    let Command { mnemonic, operands } = &placed.command;
+    let operands = operands.iter().map(|operand| operand.span).collect();
+    CommandText { line: placed.line, mnemonic: mnemonic.span, operands, is_valid }
 }
 
 fn instruction(encoded: &Option<Encoded>) -> Instruction {
@@ -109,7 +152,7 @@ fn instruction(encoded: &Option<Encoded>) -> Instruction {
 }
 
 fn too_long(program: &[Instruction], commands: &[Placed], module: &Module) -> Option<Problem> {
-    let memory = usize::from(module.program_len);
+    let memory = module.memory();
     if program.len() <= memory {
         return None;
     }

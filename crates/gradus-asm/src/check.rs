@@ -7,8 +7,9 @@ use gradus_tmcl::Opcode;
 use gradus_tmcl::catalogue::{Access, Ap, Command as Row, Direction, Gp, MODULES, Mode, Module, OperandKind, Values};
 
 use crate::builtin::list;
+use crate::code::Code;
 use crate::encoder::{Encoded, Given};
-use crate::{Code, Problem, Span};
+use crate::problem::{Problem, Span};
 
 /// The type of MVP that takes the number of a coordinate.
 const COORD: u8 = 2;
@@ -88,6 +89,9 @@ impl Check<'_> {
     }
 
     fn axis_parameter(&self, number: i64, span: Span) -> Result<(), Problem> {
+        if self.module.is_any() {
+            return Ok(());
+        }
         let Some(row) = self.module.axis_parameter(number as u8) else {
             return Err(self.missing(format!("axis parameter {number}"), span));
         };
@@ -95,6 +99,9 @@ impl Check<'_> {
     }
 
     fn global_parameter(&self, number: i64, span: Span) -> Result<(), Problem> {
+        if self.module.is_any() {
+            return Ok(());
+        }
         let bank = self.encoded.instruction.motor;
         if !self.module.global_parameters.iter().any(|row| row.bank == bank) {
             return Err(self.missing(format!("bank {bank} of global parameters"), self.second(span)));
@@ -124,6 +131,9 @@ impl Check<'_> {
     }
 
     fn port(&self, number: i64, span: Span) -> Result<(), Problem> {
+        if self.module.is_any() {
+            return Ok(());
+        }
         let bank = self.encoded.instruction.motor;
         if !self.module.ports.iter().any(|port| port.bank == bank) {
             return Err(self.missing(format!("bank {bank} of ports"), self.second(span)));
@@ -146,17 +156,18 @@ impl Check<'_> {
     }
 
     fn coordinate(&self, number: i64, span: Span) -> Result<(), Problem> {
-        self.range("coordinate", number, (0, i64::from(self.module.coordinates) - 1), span)
+        let last = if self.module.is_any() { 255 } else { i64::from(self.module.coordinates) - 1 };
+        self.range("coordinate", number, (0, last), span)
     }
 
     fn interrupt(&self, number: i64, span: Span) -> Result<(), Problem> {
         let known = self.module.interrupts.iter().any(|row| i64::from(row.number) == number);
-        if known { Ok(()) } else { Err(self.missing(format!("interrupt {number}"), span)) }
+        if known || self.module.is_any() { Ok(()) } else { Err(self.missing(format!("interrupt {number}"), span)) }
     }
 
     /// A program may jump into another one that lies behind it in memory.
     fn address(&self, address: i64, span: Span) -> Result<(), Problem> {
-        let memory = i64::from(self.module.program_len);
+        let memory = self.module.memory() as i64;
         if !(0..memory).contains(&address) {
             let message = format!("there is no address {address} in program memory");
             return Err(Problem::error(Code::JumpTarget, span, message).help(format!("it has 0...{}", memory - 1)));
@@ -181,7 +192,7 @@ impl Check<'_> {
         let word = words.clone().find(|word| word.number == number).map_or(number.to_string(), |word| word.text.into());
         let message =
             format!("`{}` of the {} has no {} {word}", self.row.mnemonic, self.module.name, given.operand.name);
-        let has = words.filter(|word| word.models.contains(&self.module.model)).map(|word| word.text);
+        let has = words.filter(|word| word.is_on(self.module)).map(|word| word.text);
         let help = list(has).map(|has| format!("it has {has}"));
         Err(Problem::error(Code::KeywordNotAvailable, given.span, message).maybe_help(help))
     }

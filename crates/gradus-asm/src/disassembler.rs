@@ -12,8 +12,9 @@ use gradus_tmcl::catalogue::{Command, Module, Operand, OperandKind};
 
 use crate::check::check;
 use crate::encoder::encode;
+use crate::names::Names;
 use crate::parser::{self, Body, DATA};
-use crate::{Names, Span};
+use crate::problem::Span;
 
 /// Source text for a program.
 pub fn disassemble(program: &[Instruction], module: &'static Module) -> String {
@@ -83,6 +84,6 @@ fn means(text: &str, instruction: &Instruction, module: &'static Module) -> bool
     let span = Span { source: 0, start: 0, end: text.len() };
     let Some(Body::Command(command)) = parser::line(text, span, &mut problems).body else { return false };
     let Some(encoded) = encode(&command, &Names::new(module), &mut problems) else { return false };
-    let memory = usize::from(module.program_len);
+    let memory = module.memory();
     encoded.instruction == *instruction && !check(&encoded, module, memory).iter().any(|problem| problem.is_error())
 }

@@ -2,12 +2,16 @@
 //!
 //! Every command and keyword of every module is taken here; whether the module has them is looked at in `check`.
 
-use gradus_tmcl::catalogue::{COMMANDS, Command as Row, Operand};
+use gradus_tmcl::catalogue::{COMMANDS, Command as Row, Keyword, Operand};
 use gradus_tmcl::{Instruction, Opcode};
 
+use crate::code::Code;
+use crate::dialects;
 use crate::expression::Expression;
+use crate::names::Names;
+use crate::nearest;
 use crate::parser::{Command, DATA};
-use crate::{Code, Names, Problem, Span, dialects, nearest};
+use crate::problem::{Problem, Span};
 
 /// A command in numbers.
 pub(crate) struct Encoded {
@@ -51,7 +55,7 @@ pub(crate) fn encode(command: &Command, names: &Names, problems: &mut Vec<Proble
 }
 
 /// The command of that mnemonic, on whatever module.
-fn find(mnemonic: &str) -> Option<&'static Row> {
+pub(crate) fn find(mnemonic: &str) -> Option<&'static Row> {
     COMMANDS.iter().find(|row| row.mnemonic.eq_ignore_ascii_case(mnemonic))
 }
 
@@ -95,9 +99,8 @@ fn value(
     names: &Names,
     problems: &mut Vec<Problem>,
 ) -> Option<Given> {
-    let keywords = operand.kind.keywords();
-    let word = text.as_name().filter(|_| !keywords.is_empty());
-    let keyword = word.and_then(|word| keywords.iter().find(|keyword| keyword.text.eq_ignore_ascii_case(word)));
+    let word = text.as_name().filter(|_| !operand.kind.keywords().is_empty());
+    let keyword = word.and_then(|word| keyword(word, operand));
     if let (Some(word), None, false) = (word, keyword, word.is_some_and(|word| names.contains(word))) {
         problems.push(unknown_keyword(word, text.span, operand, row));
         return None;
@@ -107,6 +110,15 @@ fn value(
         None => number(text, operand.name, operand.range(), names, problems)?,
     };
     Some(Given { operand, value, span: text.span })
+}
+
+fn keyword(word: &str, operand: &Operand) -> Option<&'static Keyword> {
+    operand.kind.keywords().iter().find(|keyword| keyword.text.eq_ignore_ascii_case(word))
+}
+
+/// True if an operand is a keyword, so that it is no name.
+pub(crate) fn is_keyword(text: &Expression, operand: &Operand) -> bool {
+    text.as_name().is_some_and(|word| keyword(word, operand).is_some())
 }
 
 fn unknown_keyword(word: &str, span: Span, operand: &Operand, row: &Row) -> Problem {

@@ -5,8 +5,9 @@
 //!
 //! `^` binds strongest and to the right, then the signs, then `* /`, then `+ -`: `-2^2` is -4, `2^-1` is 0.5.
 
+use crate::code::Code;
 use crate::lexer::{Kind, Token};
-use crate::{Code, Problem, Span};
+use crate::problem::{Problem, Span};
 
 /// How deep brackets, signs and powers may be nested.
 const MAX_DEPTH: usize = 100;
@@ -114,10 +115,10 @@ impl Expression {
         }
     }
 
-    /// The names in it.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    /// The names in it, each with its place.
+    pub fn names(&self) -> impl Iterator<Item = (&str, Span)> {
         self.steps.iter().filter_map(|step| match &step.action {
-            Action::Name(name) => Some(name.as_str()),
+            Action::Name(name) => Some((name.as_str(), step.span)),
             _ => None,
         })
     }

@@ -1,6 +1,6 @@
 //! The words of one line.
 
-use crate::Span;
+use crate::problem::Span;
 
 /// A word or sign with its place.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -2,7 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::{Assembly, Source, binary};
+use crate::assembler::Assembly;
+use crate::binary;
+use crate::source::Source;
 
 /// The source texts with address and bytes in front of every command. Built-in files are left out.
 pub fn listing(assembly: &Assembly) -> String {
@@ -14,7 +16,7 @@ pub fn listing(assembly: &Assembly) -> String {
         }
         listed(assembly, index, source, &mut text);
     }
-    let appended = assembly.lines.len()..assembly.program.len();
+    let appended = assembly.commands.len()..assembly.program.len();
     for address in appended {
         row(&mut text, assembly, Some(address), "STOP // appended");
     }
@@ -22,7 +24,8 @@ pub fn listing(assembly: &Assembly) -> String {
 }
 
 fn listed(assembly: &Assembly, index: usize, source: &Source, text: &mut String) {
-    let mut commands = assembly.lines.iter().enumerate().filter(|(_, span)| span.source == index).peekable();
+    let lines = assembly.commands.iter().map(|command| command.line);
+    let mut commands = lines.enumerate().filter(|(_, span)| span.source == index).peekable();
     let mut start = 0;
     for line in source.text.split_inclusive('\n') {
         let address = commands.next_if(|(_, span)| span.start == start).map(|(address, _)| address);

@@ -5,9 +5,21 @@ use std::collections::HashMap;
 
 use gradus_tmcl::catalogue::Module;
 
+use crate::builtin;
+use crate::code::Code;
 use crate::expression::{Expression, Fault, Meaning, functions};
+use crate::nearest;
 use crate::parser::Name;
-use crate::{Code, Problem, builtin, nearest};
+use crate::problem::Problem;
+
+/// What a name stands for.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
+pub enum Defined {
+    /// Index into [`Assembly::labels`](crate::Assembly::labels).
+    Label(usize),
+    /// Index into [`Assembly::constants`](crate::Assembly::constants).
+    Constant(usize),
+}
 
 /// Constants of a cycle that a problem names.
 const CYCLE_SHOWN: usize = 10;
@@ -109,7 +121,7 @@ impl Names {
     /// A constant in this one's expression that has not been evaluated.
     fn unsettled(&self, definition: usize) -> Option<(usize, State)> {
         let mut names = self.definitions[definition].expression.iter().flat_map(Expression::names);
-        names.find_map(|name| {
+        names.find_map(|(name, _)| {
             let index = *self.index.get(&name.to_lowercase())?;
             let state = self.definitions[index].state;
             matches!(state, State::Open | State::Waiting(_)).then_some((index, state))
@@ -185,7 +197,28 @@ impl Names {
             return None;
         }
         let message = format!("`{}` is already a {}", new.name.text, first.what());
-        Some(Problem { first: Some(first.name.span), ..Problem::error(Code::Duplicate, new.name.span, message) })
+        Some(Problem::error(Code::Duplicate, new.name.span, message).note(first.name.span, "the first one"))
+    }
+
+    /// For every definition its number among the labels or the constants; `None` for a constant without a value.
+    pub fn numbered(&self) -> Vec<Option<Defined>> {
+        let (mut labels, mut constants) = ((0..).map(Defined::Label), (0..).map(Defined::Constant));
+        let number = |definition: &Definition| match (&definition.expression, definition.state) {
+            (_, State::Open | State::Waiting(_) | State::Failed) => None,
+            (None, _) => labels.next(),
+            (Some(_), _) => constants.next(),
+        };
+        self.definitions.iter().map(number).collect()
+    }
+
+    /// The definition of a name; the first where there are several.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.index.get(&name.to_lowercase()).copied()
+    }
+
+    /// The expressions of the constants.
+    pub fn expressions(&self) -> impl Iterator<Item = &Expression> {
+        self.definitions.iter().filter_map(|definition| definition.expression.as_ref())
     }
 
     /// The labels with their addresses, in the order of the text.

@@ -4,9 +4,11 @@
 //! addition of ours: a command in plain numbers, so that every program memory can be written as source text. `DATA` without
 //! the sign, as direct mode has it, is the same.
 
+use crate::code::Code;
+use crate::dialects;
 use crate::expression::{Expression, unexpected};
 use crate::lexer::{self, Kind, Token, tokens};
-use crate::{Code, Problem, Span, dialects};
+use crate::problem::{Problem, Span};
 
 /// A name where it is defined or a mnemonic where it is used.
 #[derive(Clone, Debug)]
@@ -64,6 +66,22 @@ fn before_foreign_comment<'a>(text: &'a str, span: Span, problems: &mut Vec<Prob
     let problem = Problem::error(Code::Syntax, span, format!("`{sign}` cannot stand here"));
     problems.push(problem.help("comments begin with //"));
     &text[..at]
+}
+
+/// Where the comment of a line begins. The name of an included file in quotes may hold `//`.
+pub(crate) fn comment(text: &str) -> Option<usize> {
+    let quoted = if text.trim_start().starts_with('#') { quoted(text) } else { 0 };
+    text.get(quoted..)?.find("//").map(|at| quoted + at)
+}
+
+/// Length of a line up to the end of what stands in quotes, 0 where nothing does.
+fn quoted(text: &str) -> usize {
+    let mut quotes = text.match_indices('"').map(|(at, _)| at + 1);
+    let before = lexer::code(text).len();
+    match (quotes.next(), quotes.next()) {
+        (Some(open), Some(close)) if open <= before => close,
+        _ => 0,
+    }
 }
 
 /// `Some` if the line is an `#include`.

@@ -1,6 +1,8 @@
-//! Problems as data: what is wrong, where, and what to do about it.
+//! Problems as data: what is wrong, where, what to do about it, and the change that does it.
 //!
 //! Front ends show them as they like: text with a caret ([`render`](crate::render)), a list in an editor, JSON.
+
+use crate::code::Code;
 
 /// A piece of a source text.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -20,80 +22,55 @@ impl Span {
     }
 }
 
-/// How bad it is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+/// How bad it is; the worst is the greatest.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Severity {
-    /// The program is not what its author wrote.
-    Error,
+    /// Worth a look: often right, or a matter of style.
+    Hint,
     /// The program is complete, but the module will hardly do what its author expects.
     Warning,
+    /// The program is not what its author wrote.
+    Error,
 }
 
-/// What kind of problem it is. The names stay the same from version to version.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
-pub enum Code {
-    /// The line or an expression is malformed.
-    Syntax,
-    /// No module has a command of that name.
-    UnknownCommand,
-    /// Other modules have this command.
-    CommandNotAvailable,
-    /// Too few or too many operands.
-    OperandCount,
-    /// No label or constant of that name.
-    UnknownName,
-    /// The keyword exists, but not for this command on this module.
-    KeywordNotAvailable,
-    /// A label or constant is defined twice.
-    Duplicate,
-    /// A file is no text in UTF-8 or Windows-1252.
-    Encoding,
-    /// An included file does not exist or cannot be read.
-    Include,
-    /// A file includes itself, perhaps through others.
-    IncludeCycle,
-    /// A constant is defined by itself, perhaps through others.
-    ConstantCycle,
-    /// An expression without a finite value.
-    Arithmetic,
-    /// A value that its field or its parameter does not take.
-    OutOfRange,
-    /// The module has no such axis, parameter, bank, port, interrupt or coordinate.
-    NotOnModule,
-    /// A parameter or port that can only be read is written.
-    ReadOnly,
-    /// A parameter without a place in the EEPROM is stored or restored.
-    NotStored,
-    /// A jump to an address without a command.
-    JumpTarget,
-    /// More commands than the module's memory holds.
-    ProgramTooLong,
-}
-
-impl Code {
+impl Severity {
     /// As it is printed and as other tools see it.
     pub fn text(self) -> &'static str {
         match self {
-            Self::Syntax => "syntax",
-            Self::UnknownCommand => "unknown-command",
-            Self::CommandNotAvailable => "command-not-available",
-            Self::OperandCount => "operand-count",
-            Self::UnknownName => "unknown-name",
-            Self::KeywordNotAvailable => "keyword-not-available",
-            Self::Duplicate => "duplicate",
-            Self::Encoding => "encoding",
-            Self::Include => "include",
-            Self::IncludeCycle => "include-cycle",
-            Self::ConstantCycle => "constant-cycle",
-            Self::Arithmetic => "arithmetic",
-            Self::OutOfRange => "out-of-range",
-            Self::NotOnModule => "not-on-module",
-            Self::ReadOnly => "read-only",
-            Self::NotStored => "not-stored",
-            Self::JumpTarget => "jump-target",
-            Self::ProgramTooLong => "program-too-long",
+            Self::Hint => "hint",
+            Self::Warning => "warning",
+            Self::Error => "error",
         }
     }
+}
+
+/// Another place that belongs to a problem: the first definition, the call, the comparison.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Note {
+    /// Where.
+    pub span: Span,
+    /// What is there: `the first one`.
+    pub text: String,
+}
+
+/// A piece of text that takes the place of another.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Edit {
+    /// What is replaced; an empty span is a place to insert at.
+    pub span: Span,
+    /// What comes there.
+    pub text: String,
+}
+
+/// A change of the text that removes a problem.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Fix {
+    /// What it does, as a menu shows it: `delete the label`.
+    pub title: String,
+    /// True if the program's bytes stay the same.
+    pub safe: bool,
+    /// What is changed, in the order of the text.
+    pub edits: Vec<Edit>,
 }
 
 /// Something wrong in a source text.
@@ -107,16 +84,18 @@ pub struct Problem {
     pub message: String,
     /// Where.
     pub span: Span,
-    /// The first definition, when this is a second one.
-    pub first: Option<Span>,
+    /// Another place that belongs to it.
+    pub note: Option<Box<Note>>,
     /// What to do about it.
     pub help: Option<String>,
+    /// A change that removes it.
+    pub fix: Option<Box<Fix>>,
 }
 
 impl Problem {
     /// An error.
     pub(crate) fn error(code: Code, span: Span, message: impl Into<String>) -> Self {
-        Self { severity: Severity::Error, code, message: message.into(), span, first: None, help: None }
+        Self { severity: Severity::Error, code, message: message.into(), span, note: None, help: None, fix: None }
     }
 
     /// A warning.
@@ -124,17 +103,37 @@ impl Problem {
         Self { severity: Severity::Warning, ..Self::error(code, span, message) }
     }
 
-    /// The same with a hint.
+    /// A hint.
+    pub(crate) fn hint(code: Code, span: Span, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Hint, ..Self::error(code, span, message) }
+    }
+
+    /// The same with another place.
+    pub(crate) fn note(self, span: Span, text: impl Into<String>) -> Self {
+        Self { note: Some(Box::new(Note { span, text: text.into() })), ..self }
+    }
+
+    /// The same with a change that keeps the program's bytes.
+    pub(crate) fn safe_fix(self, title: impl Into<String>, edits: Vec<Edit>) -> Self {
+        Self { fix: Some(Box::new(Fix { title: title.into(), safe: true, edits })), ..self }
+    }
+
+    /// The same with a change of the program.
+    pub(crate) fn unsafe_fix(self, title: impl Into<String>, edits: Vec<Edit>) -> Self {
+        Self { fix: Some(Box::new(Fix { title: title.into(), safe: false, edits })), ..self }
+    }
+
+    /// The same with an advice.
     pub(crate) fn help(self, help: impl Into<String>) -> Self {
         Self { help: Some(help.into()), ..self }
     }
 
-    /// The same with a hint if there is one.
+    /// The same with an advice if there is one.
     pub(crate) fn maybe_help(self, help: Option<String>) -> Self {
         Self { help, ..self }
     }
 
-    /// True unless it is a warning.
+    /// True if the program should not be used.
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }

@@ -6,9 +6,15 @@ use std::sync::Arc;
 
 use gradus_tmcl::catalogue::Module;
 
+use crate::built_in;
+use crate::builtin::BUILT_IN;
 use crate::builtin::list;
+use crate::code::Code;
+use crate::names::Names;
+use crate::nearest;
 use crate::parser::{self, Body, Command, Name};
-use crate::{BUILT_IN, Code, Names, Problem, Source, Span, built_in, nearest};
+use crate::problem::{Problem, Span};
+use crate::source::Source;
 
 /// Gives the bytes of a file, as `std::fs::read` does.
 pub type Load<'a> = dyn Fn(&Path) -> io::Result<Vec<u8>> + 'a;
@@ -27,6 +33,7 @@ pub(crate) struct Text {
     pub sources: Vec<Source>,
     pub commands: Vec<Placed>,
     pub names: Names,
+    pub comments: Vec<Span>,
     /// A label stands behind the last command.
     pub label_at_end: bool,
 }
@@ -49,7 +56,7 @@ impl<'a> Reader<'a> {
         problems: &'a mut Vec<Problem>,
     ) -> Self {
         let names = Names::new(module);
-        let text = Text { sources: Vec::new(), commands: Vec::new(), names, label_at_end: false };
+        let text = Text { sources: Vec::new(), commands: Vec::new(), names, comments: Vec::new(), label_at_end: false };
         Self { module, include_dirs, load, text, open: Vec::new(), problems }
     }
 
@@ -70,12 +77,19 @@ impl<'a> Reader<'a> {
             source = source.emptied(); // its bytes are no letters to show
         }
         let text = Arc::clone(&source.text);
+        let built_in = source.built_in;
         self.text.sources.push(source);
         self.open.push(index);
         let mut start = 0;
         for line in text.split('\n') {
             let end = start + line.len();
             self.line(line, Span { source: index, start, end });
+            let comment = parser::comment(line).filter(|_| !built_in);
+            self.text.comments.extend(comment.map(|at| Span {
+                source: index,
+                start: start + at,
+                end: start + line.trim_end().len(),
+            }));
             start = end + 1;
         }
         self.open.pop();

@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use crate::Span;
+use crate::problem::Span;
 
 /// A file of a program, decoded.
 #[derive(Clone, Debug)]
@@ -65,6 +65,11 @@ impl Source {
         let line = |offset: usize| self.line_starts.partition_point(|start| *start <= offset);
         let end = self.line_starts.get(line(last)).map_or(self.text.len(), |next| next - 1);
         (line(first), self.line_starts[line(first) - 1]..end)
+    }
+
+    /// First bytes of the lines, ascending; never empty.
+    pub fn line_starts(&self) -> &[usize] {
+        &self.line_starts
     }
 
     /// The text of a span.

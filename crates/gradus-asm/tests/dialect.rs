@@ -171,7 +171,7 @@ fn included_files_give_their_names_and_commands_to_the_including_one() {
     let text = "#include speeds.inc//glued\n # Include \"sub/moves.inc\" // quoted\nBase = 5\n ROL 0, Fast\n JA Start";
     let assembly = with_files(text.as_bytes(), &files, &TMCM_3351, &KEEP);
     assert_eq!(numbers(&assembly), "3 0 0 0; 4 0 0 50; 2 0 0 500; 22 0 0 0");
-    assert_eq!(assembly.lines.iter().map(|line| line.source).collect::<Vec<_>>(), [1, 2, 0, 0]);
+    assert_eq!(assembly.commands.iter().map(|command| command.line.source).collect::<Vec<_>>(), [1, 2, 0, 0]);
 }
 
 #[test]
@@ -209,7 +209,7 @@ fn a_stop_is_appended_unless_the_last_command_is_one() {
         ("JA End\nSTOP\nEnd:", true), // the label needs a command
     ] {
         let assembly = with_files(text.as_bytes(), &[], &TMCM_3351, &Options::default());
-        assert_eq!(assembly.program.len() - assembly.lines.len(), usize::from(appended), "{text}");
+        assert_eq!(assembly.program.len() - assembly.commands.len(), usize::from(appended), "{text}");
         assert_eq!(assembly.program.last().unwrap().opcode, Opcode::STOP, "{text}");
     }
 }

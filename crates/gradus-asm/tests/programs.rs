@@ -1,50 +1,24 @@
 //! The programs of `examples/`; those of the manuals against `manual-programs.csv`, which has their commands as bytes: number, type,
 //! motor, value.
 
+#[path = "support/mod.rs"]
+mod support;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use gradus_asm::{Assembly, Options, assemble, assemble_line, disassemble, from_bin, to_bin};
 use gradus_tmcl::catalogue::{MODULES, Module};
 use gradus_tmcl::{Instruction, Request};
+use support::{EXAMPLES, assembled, examples};
 
-const EXAMPLES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples");
 const VECTORS: &str = include_str!("../../gradus-tmcl/tests/vectors.csv");
-
-fn assembled(path: &Path, module: &'static Module) -> Assembly {
-    let text = fs::read(path).unwrap();
-    let options = Options { constants: constants(&text), ..Options::default() };
-    assemble(path, &text, module, &options, &|path| fs::read(path))
-}
-
-/// The constants that a program takes from the command line: its comment shows them as `-D NAME=VALUE`.
-fn constants(text: &[u8]) -> Vec<String> {
-    let text = String::from_utf8_lossy(text);
-    text.split("-D ").skip(1).filter_map(|rest| rest.split_whitespace().next()).map(str::to_owned).collect()
-}
-
-/// The `.tmc` files of a folder; none if there is no such folder.
-fn programs(folder: &str) -> Vec<PathBuf> {
-    let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
-    let mut paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| path.extension().is_some_and(|extension| extension == "tmc"));
-    paths.sort();
-    paths
-}
-
-fn examples() -> impl Iterator<Item = (PathBuf, &'static Module)> {
-    let folders = [("", "TMCM-3351"), ("benches", "TMCM-3351"), ("tmcm-351", "TMCM-351"), ("tmcm-1617", "TMCM-1617")];
-    folders.into_iter().flat_map(|(folder, module)| {
-        let module = Module::named(module).unwrap();
-        programs(&format!("{EXAMPLES}/{folder}")).into_iter().map(move |path| (path, module))
-    })
-}
 
 #[test]
 fn every_program_assembles_for_its_module() {
     let mut count = 0;
-    for (path, module) in examples() {
-        let assembly = assembled(&path, module);
+    for (path, assembly) in examples() {
+        let module = assembly.module;
         assert!(!assembly.has_errors(), "{}: {:#?}", path.display(), assembly.problems);
         // The programs of the TMCM-1617 manual use numbers of stepper modules, which can only be read there.
         assert!(assembly.problems.is_empty() || module.name == "TMCM-1617", "{:#?}", assembly.problems);
@@ -74,8 +48,7 @@ fn hexadecimal(instruction: &Instruction) -> String {
 
 #[test]
 fn every_program_is_disassembled_into_the_same_program() {
-    for (path, module) in examples() {
-        let program = assembled(&path, module).program;
+    for (path, Assembly { program, module, .. }) in examples() {
         let text = disassemble(&program, module);
         let again = assemble("again.tmc", text.as_bytes(), module, &Options::default(), &|path| fs::read(path));
         assert_eq!(again.program, program, "{}:\n{text}", path.display());

@@ -41,7 +41,7 @@ impl Program {
     /// File, line and text of the command at an address, if the source is known.
     pub fn place(&self, address: u16) -> Option<String> {
         let assembly = self.assembly.as_ref()?;
-        let span = *assembly.lines.get(usize::from(address))?;
+        let span = assembly.commands.get(usize::from(address))?.line;
         let source = assembly.sources.get(span.source)?;
         let (line, _) = source.position(span.start);
         Some(format!("{}:{line}: {}", source.path.display(), source.slice(span).trim()))
