@@ -2,7 +2,7 @@
 //!
 //! A line begins with the letter of the module's address, spaces may follow, then a command as in programs, and CR ends it.
 //! Besides the commands that the catalogue marks for it there are the words `RUN`, `STOP`, and `BIN`, which leads back to
-//! datagrams. A reply has the letters of host and module, then status and value as decimal numbers.
+//! datagrams; `MST` alone stops motor 0. A reply has the letters of host and module, then status and value as decimal numbers.
 //!
 //! Both ends are here: [`Editor`] and [`Line`] for what a person types, [`Reply`] and [`Text`] for what a module answers.
 //!
@@ -44,7 +44,7 @@ pub fn address(letter: u8) -> Option<u8> {
 /// What a line asks for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Line {
-    /// A command; `RUN` and `STOP` are the control commands 129 and 128.
+    /// A command; `RUN` and `STOP` are the control commands 129 and 128, `MST` alone is `MST 0`.
     Command(Instruction),
     /// `BIN`: datagrams again.
     Binary,
@@ -73,7 +73,8 @@ impl LineError {
 }
 
 /// The words of ASCII mode alone.
-const WORDS: [(&str, Line); 3] = [
+const WORDS: [(&str, Line); 4] = [
+    ("MST", Line::Command(Instruction::new(Opcode::MST, 0, 0, 0))),
     ("BIN", Line::Binary),
     ("RUN", Line::Command(Instruction::new(Opcode::RUN_APPLICATION, 0, 0, 0))),
     ("STOP", Line::Command(Instruction::new(Opcode::STOP_APPLICATION, 0, 0, 0))),

@@ -1,8 +1,9 @@
 //! Instructions as text: `MVP ABS, 0, 51200`.
 //!
 //! A line is a mnemonic and operands with commas between them. An operand is a keyword of the command or a number: decimal,
-//! `$FF` or `0xFF`, `%1010` or `0b1010`, with a sign. What no command of the module stands for is written with its four
-//! fields: `DATA 99, 1, 2, -3`. Text and bytes are inverse to each other, for every instruction.
+//! `$FF` or `0xFF`, `%1010` or `0b1010`, with a sign. A value has 32 bits; past 2147483647 it is accepted where it stands for
+//! bits (CALC, COMP, ...) or for an unsigned parameter, and an error elsewhere. What no command of the module stands for is
+//! written with its four fields: `DATA 99, 1, 2, -3`. Text and bytes are inverse to each other, for every instruction.
 //!
 //! Not here: labels, names, expressions, comments; see `gradus-asm`.
 
@@ -44,12 +45,39 @@ impl Instruction {
         }
         let command = module.command(mnemonic).ok_or(ParseError::Command)?;
         let values = Values::read(operands, |i, operand| value(command.operands.get(i), operand, module))?;
-        Ok(command.encode(values.get(command.operands.len())?)?)
+        let values = values.get(command.operands.len())?;
+        let instruction = command.encode(values)?;
+        keeps_sign(&instruction, values, module)?;
+        Ok(instruction)
     }
 
     /// The instruction as a line of text that [`parse`](Self::parse) reads back.
     pub fn display<'a>(&'a self, module: &'a Module) -> Text<'a> {
         Text { instruction: self, module }
+    }
+}
+
+/// A number past 2^31 would arrive as a negative one: `MVP ABS, 0, 2147483648` would run the other way.
+///
+/// # Errors
+/// [`EncodeError::Range`] then.
+fn keeps_sign(instruction: &Instruction, values: &[i64], module: &Module) -> Result<(), EncodeError> {
+    let (Some(value), max) = (values.last().copied(), largest_value(instruction, module)) else { return Ok(()) };
+    if value <= max {
+        return Ok(());
+    }
+    Err(EncodeError::Range { name: "value", value, min: i32::MIN.into(), max })
+}
+
+/// The largest value of a command: that of 32 bits for what computes with bits and for parameters that are unsigned.
+fn largest_value(instruction: &Instruction, module: &Module) -> i64 {
+    let Instruction { opcode, kind, motor, .. } = *instruction;
+    let signed = i64::from(i32::MAX);
+    match opcode {
+        Opcode::MVP | Opcode::ROR | Opcode::ROL | Opcode::SCO | Opcode::SIO | Opcode::WAIT => signed,
+        Opcode::SAP | Opcode::SAPX => module.axis_parameter(kind).map_or(signed, |row| row.max.max(signed)),
+        Opcode::SGP => module.global_parameter(motor, kind).map_or(signed, |row| row.max.max(signed)),
+        _ => u32::MAX.into(),
     }
 }
 

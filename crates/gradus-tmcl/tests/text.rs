@@ -36,6 +36,25 @@ fn values_may_be_signed_or_unsigned() {
 }
 
 #[test]
+fn value_that_would_wrap_is_no_value() {
+    for text in
+        ["MVP ABS, 0", "MVP REL, 0", "ROR 0", "ROL 0", "SCO 1, 0", "SAP 0, 0", "SAPX 0", "SGP 7, 2", "SIO 255, 2"]
+    {
+        assert!(parse(&format!("{text}, 2147483647")).is_ok(), "{text}");
+        for value in ["2147483648", "$80000000", "4294967295", "4294967296", "-2147483649", "99999999999999999999"] {
+            assert!(parse(&format!("{text}, {value}")).is_err(), "{text}, {value}");
+        }
+    }
+    assert_eq!(
+        parse("MVP ABS, 0, 2147483648").unwrap_err().to_string(),
+        "value 2147483648 out of range -2147483648..=2147483647"
+    );
+    // The periods of timers are unsigned.
+    assert_eq!(parse("SGP 0, 3, 4294967295").unwrap().value, -1);
+    assert!(parse("SGP 0, 3, 4294967296").is_err());
+}
+
+#[test]
 fn third_operand_of_get_is_accepted_and_must_be_0() {
     for text in ["GAP 1, 0, 0", "GGP 66, 0, 0", "GIO 0, 1, 0", "GCO 0, 255, 0"] {
         assert_eq!(canonical(text, &TMCM_3351), text.strip_suffix(", 0").unwrap());

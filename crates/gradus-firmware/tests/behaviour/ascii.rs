@@ -188,13 +188,29 @@ fn errors_are_status_numbers() {
         (long.as_str(), "BA 2 0."),
         ("AGAP 250, 0\r", "BA 3 0."),
         ("ASAP 4, 0, 99999\r", "BA 4 99999."),
-        ("AMST\r", "BA 4 0."),
+        ("AMVP ABS, 0\r", "BA 4 0."),
+        ("AMVP ABS, 0, 2147483648\r", "BA 4 0."),
+        ("AMVP REL, 0, 4294967295\r", "BA 4 0."),
+        ("AROL 0, -2147483649\r", "BA 4 0."),
+        ("ASAP 0, 0, 99999999999999999999\r", "BA 4 0."),
+        ("ASCO 1, 0, 2147483648\r", "BA 4 0."),
+        ("AGAP 0, 0\r", "BA 100 0."),
         ("ACALC ADD, 1\r", "BA 6 0."),
         ("AGAP 1, 0\r", "BA 100 0."),
     ];
     for (typed, heard) in cases {
         assert_eq!(terminal.types(typed), heard, "{typed:?}");
     }
+}
+
+#[test]
+fn mst_alone_stops_motor_0() {
+    let mut terminal = Terminal::quiet();
+    terminal.types("AROR 0, 500\r");
+    terminal.types("AROR 1, 500\r");
+    assert_eq!(terminal.types("AMST\r"), "BA 100 0.");
+    assert_eq!(terminal.types("Amst \r"), "BA 100 0.");
+    assert_eq!([terminal.types("AGAP 2, 0\r"), terminal.types("AGAP 2, 1\r")], ["BA 100 0.", "BA 100 500."]);
 }
 
 #[test]
