@@ -170,7 +170,7 @@ pub(crate) fn overwritten(facts: &Facts, problems: &mut Vec<Problem>) {
     }
 }
 
-/// The command that overwrites a variable on every way from address 0 before anything reads it.
+/// The command that overwrites a variable on every way from address 0, before anything reads it.
 fn first_writer(facts: &Facts, variable: u8) -> Option<usize> {
     let (mut open, mut seen, mut writer) = (vec![0], HashSet::from([0]), None);
     while let Some(node) = open.pop() {
@@ -183,7 +183,9 @@ fn first_writer(facts: &Facts, variable: u8) -> Option<usize> {
         if callee.unwrap_or_else(|| Summary::of(instruction, facts.module())).touches(variable) {
             return None;
         }
-        open.extend(facts.flow.next(node).filter(|next| seen.insert(*next)));
+        let mut next = facts.flow.next(node).peekable();
+        next.peek()?; // a way that ends without overwriting it
+        open.extend(next.filter(|next| seen.insert(*next)));
     }
     writer
 }

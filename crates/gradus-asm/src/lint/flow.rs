@@ -214,21 +214,25 @@ struct Depths<'a> {
 }
 
 impl Depths<'_> {
+    /// The calls of a part; not those of the main program that a routine has jumped into.
+    fn calls(&self, part: usize) -> Vec<(usize, usize)> {
+        let flow = &self.facts.flow;
+        let own = |call: usize| part == MAIN || !flow.contains(MAIN, call);
+        flow.parts[part].calls.iter().copied().filter(|(call, _)| own(*call)).collect()
+    }
+
     /// Without recursion of our own: programs may nest as deep as they are long.
     fn of(&mut self, part: usize) -> usize {
-        let mut path = vec![(part, 0)];
-        while let Some((part, at)) = path.last().copied() {
-            self.open.insert(part);
-            match self.facts.flow.parts[part].calls.get(at) {
-                Some(&(call, callee)) => {
-                    path.last_mut().into_iter().for_each(|last| last.1 += 1);
-                    if self.open.contains(&callee) {
-                        self.recursion = self.recursion.or(Some((call, callee)));
-                    } else if !self.deepest.contains_key(&callee) {
-                        path.push((callee, 0));
-                    }
+        let mut path = vec![self.enter(part)];
+        while let Some((part, calls)) = path.last_mut() {
+            match calls.next() {
+                Some((call, callee)) if self.open.contains(&callee) => {
+                    self.recursion = self.recursion.or(Some((call, callee)));
                 }
+                Some((_, callee)) if self.deepest.contains_key(&callee) => {}
+                Some((_, callee)) => path.push(self.enter(callee)),
                 None => {
+                    let part = *part;
                     self.close(part);
                     path.pop();
                 }
@@ -237,10 +241,15 @@ impl Depths<'_> {
         self.deepest.get(&part).map_or(0, |(depth, _)| *depth)
     }
 
+    fn enter(&mut self, part: usize) -> (usize, std::vec::IntoIter<(usize, usize)>) {
+        self.open.insert(part);
+        (part, self.calls(part).into_iter())
+    }
+
     fn close(&mut self, part: usize) {
         self.open.remove(&part);
-        let below = |(call, callee): &(usize, usize)| Some((self.deepest.get(callee)?.0 + 1, Some((*call, *callee))));
-        let deepest = self.facts.flow.parts[part].calls.iter().filter_map(below).max_by_key(|(depth, _)| *depth);
+        let below = |(call, callee)| Some((self.deepest.get(&callee)?.0 + 1, Some((call, callee))));
+        let deepest = self.calls(part).into_iter().filter_map(below).max_by_key(|(depth, _)| *depth);
         self.deepest.insert(part, deepest.unwrap_or((0, None)));
     }
 
@@ -256,7 +265,7 @@ pub(crate) fn stop_appended(facts: &Facts, problems: &mut Vec<Problem>) {
     let assembly = facts.assembly;
     let Some(last) = assembly.commands.len().checked_sub(1) else { return };
     let appended = assembly.program.len() > assembly.commands.len();
-    if !appended || !facts.flow.next(last).any(|next| next > last) {
+    if !appended || !assembly.commands[last].is_valid || !facts.flow.next(last).any(|next| next > last) {
         return;
     }
     let message =

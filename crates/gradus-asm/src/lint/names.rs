@@ -24,7 +24,10 @@ const EXEMPT: char = '_';
 fn unused_labels(facts: &Facts, used: &HashSet<Defined>) -> impl Iterator<Item = Problem> {
     let labels = facts.assembly.labels.iter().enumerate();
     let unused = labels.filter(|(index, label)| {
-        !used.contains(&Defined::Label(*index)) && !label.name.starts_with(EXEMPT) && !is_started(facts, label.address)
+        let exempt = label.name.starts_with(EXEMPT) || is_started(facts, label.address);
+        // What is never reached is reported as a whole.
+        let unreached = facts.flow.is_complete && facts.flow.within.get(label.address).is_some_and(Vec::is_empty);
+        !used.contains(&Defined::Label(*index)) && !exempt && !unreached
     });
     unused.map(|(_, label)| {
         let message = format!("nothing uses the label `{}`", label.name);
