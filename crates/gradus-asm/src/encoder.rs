@@ -112,7 +112,8 @@ fn value(
     Some(Given { operand, value, span: text.span })
 }
 
-fn keyword(word: &str, operand: &Operand) -> Option<&'static Keyword> {
+/// The keyword of that word, in any case, on whatever module.
+pub(crate) fn keyword(word: &str, operand: &Operand) -> Option<&'static Keyword> {
     operand.kind.keywords().iter().find(|keyword| keyword.text.eq_ignore_ascii_case(word))
 }
 

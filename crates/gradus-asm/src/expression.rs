@@ -42,6 +42,11 @@ const FUNCTIONS: &[Function] = &[
     function("RAD", f64::to_radians),
 ];
 
+/// True for the name of a function, in any case.
+pub(crate) fn is_function(name: &str) -> bool {
+    functions().any(|function| function.eq_ignore_ascii_case(name))
+}
+
 /// Names of the functions.
 pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|function| function.name)
