@@ -147,6 +147,9 @@ impl<P: Ports, S: Store> Module<P, S> {
             1 => i32::from(major) << 16 | i32::from(minor),
             // Capabilities: runs TMCL.
             2 => 2,
+            // Release type: a local build, whose source has no identity (type 30: a hash of 28 bits, and bit 28 for changes).
+            3 => 3,
+            30 => 0,
             // Width of parameter and register numbers in bits.
             20 | 21 => 8,
             _ => return Err(Status::WRONG_TYPE),

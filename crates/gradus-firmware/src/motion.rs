@@ -1,6 +1,8 @@
 //! Motion commands: ROR, ROL, MST, MVP, and axis parameters.
 //!
-//! Where the manual is silent: MST is accepted while ENABLE is low.
+//! Where the manual is silent:
+//! - MST is accepted while ENABLE is low.
+//! - The event of command 138 follows MVP only, not a target that SAP 0 writes.
 
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Gp, InterruptKind, MotionChip};
 use gradus_tmcl::{MoveKind, Search, Status};
@@ -32,9 +34,6 @@ impl<P: Ports, S: Store> Module<P, S> {
         let index = self.axis_index(axis)?;
         let row = self.axis_row(number)?;
         self.axes.set(index, row, value, &mut self.ports)?;
-        if row.id == Ap::TargetPosition {
-            self.events.moved(1 << index);
-        }
         self.wake_axes();
         Ok(())
     }

@@ -2,6 +2,8 @@
 //!
 //! Where the manual is silent:
 //! - Command 129 with an address leaves an interrupt handler in which the program was stopped; the stack stays.
+//! - In download mode a host cannot read that it is on: its GGP 129 is stored. A program that runs meanwhile, started by command 129,
+//!   reads 1, and a capture (command 142) samples it.
 //! - Command 131 clears everything of the interrupts, the trigger transitions of bank 3 included.
 //! - After the instruction STOP the program counter is behind it, and command 129 type 0 goes on there: a host restarts a program
 //!   that way after every move. Behind the last address of memory is 0. Command 128 leaves the counter where it is.

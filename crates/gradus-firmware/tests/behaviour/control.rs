@@ -254,6 +254,18 @@ fn control_commands_are_executed_in_download_mode() {
 }
 
 #[test]
+fn program_that_runs_in_download_mode_reads_1_in_parameter_129() {
+    let mut bench = Bench::new();
+    bench.download("GGP 129, 0; AGP 1, 2; STOP");
+    bench.control(ENTER_DOWNLOAD, 0, 100);
+    bench.control(RUN, 1, 0);
+    bench.advance_ms(1);
+    assert_eq!(bench.exchange("GGP 129, 0").0, 101, "of a host it is stored");
+    bench.control(EXIT_DOWNLOAD, 0, 0);
+    assert_eq!((bench.variable(1), bench.global(129, 0)), (1, 0));
+}
+
+#[test]
 fn download_mode_holds_for_every_link() {
     let mut bench = Bench::new();
     bench.control(ENTER_DOWNLOAD, 0, 0);
@@ -474,7 +486,7 @@ fn version_in_binary() {
 
 #[test]
 fn information() {
-    for (kind, value) in [(0, 3351), (1, 1 << 16 | 11), (2, 2), (20, 8), (21, 8)] {
+    for (kind, value) in [(0, 3351), (1, 1 << 16 | 11), (2, 2), (3, 3), (20, 8), (21, 8), (30, 0)] {
         assert_eq!(Bench::new().control(INFORMATION, kind, 0), (100, value), "type {kind}");
     }
 }

@@ -34,6 +34,21 @@ fn event_counts_only_the_motors_that_were_moved() {
 }
 
 #[test]
+fn target_that_sap_writes_makes_no_event() {
+    for kind in [0, 1] {
+        let mut bench = Bench::fast();
+        bench.control(138, kind, 1);
+        bench.ask("SAP 0, 0, 1000");
+        bench.arrive(0);
+        bench.advance_ms(1000);
+        assert!(bench.drain().is_empty(), "type {kind}");
+        bench.ask("MVP ABS, 0, 2000");
+        bench.arrive(0);
+        assert_eq!(bench.drain(), [event(1)], "type {kind}: the MVP after it does");
+    }
+}
+
+#[test]
 fn event_of_type_0_comes_for_the_next_move_only_and_of_type_1_for_every_one() {
     for (kind, moves) in [(0, 1), (1, 3)] {
         let mut bench = Bench::fast();
