@@ -1,6 +1,6 @@
 //! What a host may send again by itself.
 
-use gradus_tmcl::catalogue::{COMMANDS, Effect, TMCM_3351};
+use gradus_tmcl::catalogue::{COMMANDS, Effect, Impact, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode};
 
 fn effect(text: &str) -> Effect {
@@ -35,5 +35,36 @@ fn what_is_unknown_is_not_repeated() {
     let known: Vec<Opcode> = COMMANDS.iter().map(|command| command.opcode).collect();
     for opcode in (0..=255).map(Opcode).filter(|opcode| !known.contains(opcode)) {
         assert_eq!(Instruction::new(opcode, 0, 0, 0).effect(), Effect::Act);
+    }
+}
+
+#[test]
+fn while_a_line_is_stopped_pass_stops_and_what_only_reads() {
+    let reads = [10, 6, 15, 31, 134, 135, 136, 157]; // GAP is 6, GGP 10, GIO 15, GCO 31
+    let stops = [3, 128, 133];
+    for number in 0..=255 {
+        let expected = match number {
+            number if reads.contains(&number) => Impact::Reads,
+            number if stops.contains(&number) => Impact::Stops,
+            _ => Impact::Acts,
+        };
+        assert_eq!(Instruction::new(Opcode(number), 0, 0, 0).impact(), expected, "{number}");
+    }
+}
+
+#[test]
+fn whether_two_commands_act_depends_on_their_operands() {
+    let impact = |text| Instruction::parse(text, &TMCM_3351).unwrap().impact();
+    assert_eq!(impact("RFS STATUS, 0"), Impact::Reads);
+    assert_eq!([impact("RFS START, 0"), impact("RFS STOP, 0")], [Impact::Acts; 2]);
+    assert_eq!([impact("GCO 1, 0"), impact("GCO 1, 255")], [Impact::Reads, Impact::Acts]);
+}
+
+#[test]
+fn what_reads_may_be_repeated_and_the_other_way_round() {
+    for (number, kind, motor) in (0..=255).flat_map(|number| [(number, 0, 0), (number, 2, 0), (number, 0, 255)]) {
+        let instruction = Instruction::new(Opcode(number), kind, motor, 0);
+        let reads = instruction.impact() == Impact::Reads;
+        assert_eq!(instruction.effect() == Effect::Read, reads, "{instruction:?}");
     }
 }

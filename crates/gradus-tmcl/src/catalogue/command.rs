@@ -76,6 +76,17 @@ pub enum Ascii {
     Special,
 }
 
+/// What a command does as far as a stop goes: from a stop until its release a host lets nothing pass that acts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Impact {
+    /// It changes nothing.
+    Reads,
+    /// It ends something and begins nothing: a motor's motion, the program, a download.
+    Stops,
+    /// Everything else.
+    Acts,
+}
+
 /// The field of an instruction that holds an operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Field {
@@ -165,6 +176,8 @@ pub struct Command {
     pub ascii: Ascii,
     /// Firmware version, major and minor, that it came with; `None` where it has always been there.
     pub since: Option<(u8, u8)>,
+    /// What it does; RFS and GCO can do something else too, see [`Instruction::impact`].
+    pub impact: Impact,
 }
 
 /// Why operands do not make an instruction.
@@ -263,6 +276,16 @@ impl Command {
     /// The command of that number, whether or not some module has it.
     pub fn of(opcode: Opcode) -> Option<&'static Command> {
         COMMANDS.iter().find(|command| command.opcode == opcode)
+    }
+
+    /// The same, but it changes nothing.
+    pub(super) const fn reads(self) -> Self {
+        Self { impact: Impact::Reads, ..self }
+    }
+
+    /// The same, but it ends something and begins nothing.
+    pub(super) const fn stops(self) -> Self {
+        Self { impact: Impact::Stops, ..self }
     }
 
     /// How many operands must be given.

@@ -4,7 +4,7 @@ use super::Ascii::{No, Special, Yes};
 use super::Field::{Kind, Motor, Value};
 use super::Mode::{Both, Direct, None as Absent, Standalone};
 use super::Model::{Tmcm351, Tmcm1617, Tmcm3351};
-use super::{Ascii, Command, Field, Keyword, Mode, Model, Modes, Operand, OperandKind};
+use super::{Ascii, Command, Field, Impact, Keyword, Mode, Model, Modes, Operand, OperandKind};
 use crate::{MoveKind, Opcode, Operation, Search, WaitFor};
 
 const fn operand(name: &'static str, field: Field, kind: OperandKind) -> Operand {
@@ -151,7 +151,7 @@ const fn row(
     ascii: Ascii,
 ) -> Command {
     let modes = Modes { tmcm3351, tmcm1617, tmcm351, tmcm351_rev106 };
-    Command { opcode, mnemonic, name, operands, modes, ascii, since: None }
+    Command { opcode, mnemonic, name, operands, modes, ascii, since: None, impact: Impact::Acts }
 }
 
 /// A command that came with firmware 1.11 of the TMCM-3351 (manual, section 3.5.7); no other module has it.
@@ -174,24 +174,25 @@ const NEW: [Mode; 4] = [Both, Absent, Absent, Absent];
 const NEW_PROGRAMS: [Mode; 4] = [Standalone, Absent, Absent, Absent];
 
 /// Every command, ascending numbers. The four modes are those of the TMCM-3351, the TMCM-1617, and the TMCM-351 by manual
-/// V1.03 and by manual Rev. 1.06.
+/// V1.03 and by manual Rev. 1.06. A command acts unless its row says that it
+/// reads or stops.
 #[rustfmt::skip]
 pub const COMMANDS: &[Command] = &[
     row(Opcode::ROR, "ROR", "rotate right", &[AXIS, VELOCITY], EVERYWHERE, Yes),
     row(Opcode::ROL, "ROL", "rotate left", &[AXIS, VELOCITY], EVERYWHERE, Yes),
-    row(Opcode::MST, "MST", "motor stop", &[AXIS], EVERYWHERE, Yes),
+    row(Opcode::MST, "MST", "motor stop", &[AXIS], EVERYWHERE, Yes).stops(),
     row(Opcode::MVP, "MVP", "move to position", &[MOVE, AXIS_OR_MASK, POSITION], EVERYWHERE, Yes),
     row(Opcode::SAP, "SAP", "set axis parameter", &[PARAMETER, AXIS, VALUE], EVERYWHERE, Yes),
-    row(Opcode::GAP, "GAP", "get axis parameter", &[PARAMETER, AXIS, ZERO], EVERYWHERE, Yes),
+    row(Opcode::GAP, "GAP", "get axis parameter", &[PARAMETER, AXIS, ZERO], EVERYWHERE, Yes).reads(),
     row(Opcode::STAP, "STAP", "store axis parameter", &[PARAMETER, AXIS], [Absent, Both, Both, Both], Yes),
     row(Opcode::RSAP, "RSAP", "restore axis parameter", &[PARAMETER, AXIS], [Absent, Both, Both, Both], Yes),
     row(Opcode::SGP, "SGP", "set global parameter", &[GLOBAL, BANK, VALUE], EVERYWHERE, Yes),
-    row(Opcode::GGP, "GGP", "get global parameter", &[GLOBAL, BANK, ZERO], EVERYWHERE, Yes),
+    row(Opcode::GGP, "GGP", "get global parameter", &[GLOBAL, BANK, ZERO], EVERYWHERE, Yes).reads(),
     row(Opcode::STGP, "STGP", "store global parameter", &[GLOBAL, BANK], EVERYWHERE, Yes),
     row(Opcode::RSGP, "RSGP", "restore global parameter", &[GLOBAL, BANK], EVERYWHERE, Yes),
     row(Opcode::RFS, "RFS", "reference search", &[SEARCH, AXIS], [Both, Absent, Both, Both], Yes),
     row(Opcode::SIO, "SIO", "set output", &[PORT, PORT_BANK, VALUE], EVERYWHERE, Yes),
-    row(Opcode::GIO, "GIO", "get input", &[PORT, PORT_BANK, ZERO], EVERYWHERE, Yes),
+    row(Opcode::GIO, "GIO", "get input", &[PORT, PORT_BANK, ZERO], EVERYWHERE, Yes).reads(),
     new(Opcode::SAPX, "SAPX", "set axis parameter, axis in X register", &[PARAMETER, VALUE], NEW, No),
     new(Opcode::GAPX, "GAPX", "get axis parameter, axis in X register", &[PARAMETER], NEW, No),
     new(Opcode::AAPX, "AAPX", "accu to axis parameter, axis in X register", &[PARAMETER], NEW, No),
@@ -207,7 +208,7 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::STOP, "STOP", "stop program execution", &[], PROGRAMS, Special),
     row(Opcode::SAC, "SAC", "SPI bus access", &[BUS, LENGTH, VALUE], [Absent, Absent, Both, Both], Yes),
     row(Opcode::SCO, "SCO", "set coordinate", &[COORDINATE, AXIS_OR_EEPROM, POSITION], [Both, Absent, Both, Both], Yes),
-    row(Opcode::GCO, "GCO", "get coordinate", &[COORDINATE, AXIS_OR_EEPROM, ZERO], [Both, Absent, Both, Both], Yes),
+    row(Opcode::GCO, "GCO", "get coordinate", &[COORDINATE, AXIS_OR_EEPROM, ZERO], [Both, Absent, Both, Both], Yes).reads(),
     row(Opcode::CCO, "CCO", "capture coordinate", &[COORDINATE, AXIS], [Both, Absent, Both, Both], Yes),
     row(Opcode::CALCX, "CALCX", "calculate using the X register", &[CALCX], EVERYWHERE, No),
     row(Opcode::AAP, "AAP", "accu to axis parameter", &[PARAMETER, AXIS], EVERYWHERE, No),
@@ -243,20 +244,20 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::UF6, "UF6", "user function 6", USER, EVERYWHERE, Yes),
     row(Opcode::UF7, "UF7", "user function 7", USER, EVERYWHERE, Yes),
     new(Opcode::CALL, "CALL", "conditional subroutine call", &[CONDITION, LABEL], NEW_PROGRAMS, No),
-    row(Opcode::STOP_APPLICATION, "", "stop application", &[], HOST, Special),
+    row(Opcode::STOP_APPLICATION, "", "stop application", &[], HOST, Special).stops(),
     row(Opcode::RUN_APPLICATION, "", "run application", &[RUN_FROM, ADDRESS], HOST, Special),
     row(Opcode::STEP_APPLICATION, "", "step application", &[], HOST, No),
     row(Opcode::RESET_APPLICATION, "", "reset application", &[], HOST, No),
     row(Opcode::ENTER_DOWNLOAD, "", "enter download mode", &[ADDRESS], HOST, No),
-    row(Opcode::EXIT_DOWNLOAD, "", "exit download mode", &[], HOST, No),
-    row(Opcode::READ_MEMORY, "", "read program memory", &[ADDRESS], HOST, No),
-    row(Opcode::APPLICATION_STATUS, "", "get application status", &[STATE], HOST, No),
-    row(Opcode::FIRMWARE_VERSION, "", "get firmware version", &[FORMAT], HOST, No),
+    row(Opcode::EXIT_DOWNLOAD, "", "exit download mode", &[], HOST, No).stops(),
+    row(Opcode::READ_MEMORY, "", "read program memory", &[ADDRESS], HOST, No).reads(),
+    row(Opcode::APPLICATION_STATUS, "", "get application status", &[STATE], HOST, No).reads(),
+    row(Opcode::FIRMWARE_VERSION, "", "get firmware version", &[FORMAT], HOST, No).reads(),
     row(Opcode::FACTORY_SETTINGS, "", "restore factory settings", &[CODE], HOST, No),
     row(Opcode::POSITION_EVENT, "", "request target position reached event", &[REPEAT, MASK], [Direct, Absent, Absent, Direct], No),
     row(Opcode::ASCII_MODE, "", "enter ASCII mode", &[], [Absent, Absent, Direct, Direct], No),
     row(Opcode::BREAKPOINT, "", "breakpoints", &[ACTION, ADDRESS], [Direct, Direct, Absent, Direct], No),
     row(Opcode::CAPTURE, "", "capture samples", &FIELDS, [Direct, Direct, Direct, Direct], No),
-    row(Opcode::GET_INFO, "", "get information", &[ENTRY], [Direct, Direct, Absent, Direct], No),
+    row(Opcode::GET_INFO, "", "get information", &[ENTRY], [Direct, Direct, Absent, Direct], No).reads(),
     row(Opcode::SOFTWARE_RESET, "", "software reset", &[CODE], [Direct, Direct, Absent, Absent], No),
 ];

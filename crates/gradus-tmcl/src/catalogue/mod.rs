@@ -17,7 +17,7 @@ mod tmcm3351;
 mod tmcm351;
 
 pub(crate) use command::encode;
-pub use command::{Ascii, Command, EncodeError, Field, Keyword, Mode, Modes, Operand, OperandKind};
+pub use command::{Ascii, Command, EncodeError, Field, Impact, Keyword, Mode, Modes, Operand, OperandKind};
 pub use commands::COMMANDS;
 pub(crate) use commands::FIELDS;
 pub use effect::Effect;
