@@ -5,6 +5,7 @@ use std::time::Duration;
 use gradus_tmcl::catalogue::Ap;
 use gradus_tmcl::{CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Opcode};
 
+use crate::line::Job;
 use crate::{Error, Session};
 
 /// Samples of some parameters of an axis.
@@ -39,6 +40,7 @@ impl Session {
         time: Duration,
         act: impl FnOnce(&mut Self) -> Result<(), Error>,
     ) -> Result<Capture, Error> {
+        let job = self.line().job();
         let channels = parameters.len().max(1) as u32;
         let base = Duration::from_secs(1) / self.capture_info(CaptureInfo::BASE_RATE)?.max(1);
         let room = (self.capture_info(CaptureInfo::SAMPLES)? / channels).max(1);
@@ -54,25 +56,30 @@ impl Session {
         }
         self.control_capture(CaptureAction::ENABLE_TRIGGER, CaptureTrigger::UNCONDITIONAL.0, 0)?;
         act(self)?;
-        self.wait_captured(base * every * rows)?;
-        let samples = self.samples()?;
+        self.wait_captured(base * every * rows, job)?;
+        let samples = self.samples(job)?;
         Ok(Capture { period: base * every, rows: samples.chunks(channels as usize).map(<[i32]>::to_vec).collect() })
     }
 
-    fn wait_captured(&mut self, time: Duration) -> Result<(), Error> {
+    fn wait_captured(&mut self, time: Duration, job: Job) -> Result<(), Error> {
         let deadline = self.now() + time + PATIENCE;
         self.sleep(time);
         while self.control_capture(CaptureAction::GET_STATE, 0, 0)? != i32::from(CaptureState::COMPLETE.0)
             && self.now() < deadline
         {
+            self.line().go_on(job)?;
             self.sleep(Duration::from_millis(10));
         }
         Ok(())
     }
 
-    fn samples(&mut self) -> Result<Vec<i32>, Error> {
+    fn samples(&mut self, job: Job) -> Result<Vec<i32>, Error> {
         let count = self.capture_info(CaptureInfo::CAPTURED)?;
-        (0..count as i32).map(|index| self.control_capture(CaptureAction::GET_SAMPLE, 0, index)).collect()
+        let mut sample = |index| {
+            self.line().go_on(job)?;
+            self.control_capture(CaptureAction::GET_SAMPLE, 0, index)
+        };
+        (0..count as i32).map(&mut sample).collect()
     }
 
     fn capture_info(&mut self, info: CaptureInfo) -> Result<u32, Error> {

@@ -234,7 +234,9 @@ impl Config {
     pub fn read(session: &mut Session, mut progress: impl FnMut(usize)) -> Result<Self, Error> {
         let module = session.module()?;
         let mut values = Vec::new();
+        let job = session.line().job();
         for (index, setting) in settings(module).enumerate() {
+            session.line().go_on(job)?;
             match setting.read(session) {
                 Ok(value) => values.push((setting, value)),
                 Err(Error::Refused { .. }) => {}
@@ -257,7 +259,9 @@ impl Config {
     ) -> Result<Vec<Difference>, ConfigError> {
         self.check_module(session)?;
         let mut differences = Vec::new();
+        let job = session.line().job();
         for (index, (setting, wanted)) in self.values.iter().enumerate() {
+            session.line().go_on(job)?;
             differences.extend(difference(session, *setting, *wanted)?);
             progress(index + 1);
         }
@@ -279,7 +283,9 @@ impl Config {
         self.check_lock(session)?;
         self.check_protection(session)?;
         let mut written = Vec::new();
+        let job = session.line().job();
         for (index, (setting, wanted)) in self.in_order().into_iter().enumerate() {
+            session.line().go_on(job)?;
             if let Some(difference) = difference(session, setting, wanted)? {
                 session.command(setting.write(wanted))?;
                 let read = setting.read(session)?;

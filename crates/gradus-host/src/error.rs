@@ -39,6 +39,12 @@ pub enum Error {
         /// What to check on this kind of line.
         check: &'static str,
     },
+    /// The line is stopped.
+    #[error("{port} is stopped: nothing that acts goes out until the stop is released (`gradus stop --release`)")]
+    Stopped {
+        /// The port.
+        port: String,
+    },
     /// The other end never stops sending, so that no answer can be told apart.
     #[error(
         "{port}: the other end has been sending for {} ms without a pause and answers nothing; is it a TMCL module, and is the \

@@ -1,8 +1,9 @@
 //! One request and its answer; sent again after a failure on the way, if that is allowed.
 
-use gradus_tmcl::Instruction;
+use gradus_tmcl::catalogue::Impact;
+use gradus_tmcl::{Instruction, Opcode, Reply, Status};
 
-use crate::line::{Exchange, Wire};
+use crate::line::wire::{Exchange, Wire};
 use crate::program::is_control;
 use crate::verdict::{Form, Verdict, form, judge};
 use crate::{Error, Heard, Session};
@@ -13,15 +14,21 @@ impl Session {
         let is_stored = self.storing && !is_control(request.opcode);
         let mut left = if repeat && !is_stored { self.retries } else { 0 };
         self.statistics.requests += 1;
+        let job = self.line.job();
         loop {
             match self.attempt(request) {
                 Err(error) if left > 0 && error.is_passing() && !self.mute => {
+                    self.line.go_on_with(job, request).inspect_err(|_| self.fail(request))?;
                     left -= 1;
                     self.statistics.retries += 1;
                 }
-                result => return result,
+                result => return result.inspect_err(|_| self.fail(request)),
             }
         }
+    }
+
+    fn fail(&self, request: Instruction) {
+        self.line.lock().downloads.failed(self.number_of_module(), self.number, request.opcode);
     }
 
     /// One request and its answer.
@@ -35,9 +42,41 @@ impl Session {
         }
         self.get_in_step(wire)?;
         self.settle_debts(wire, form(request))?;
+        self.clear_way(wire, request)?;
+        self.ask(wire, request)
+    }
+
+    /// A stop stops: motors cannot be stopped while the module stores what it is sent, so another session's download is ended
+    /// before. Whatever else would go into that program is refused.
+    fn clear_way(&mut self, wire: &mut Wire, request: Instruction) -> Result<(), Error> {
+        let module = self.number_of_module();
+        if let Some(reason) = wire.downloads.refusal(module, self.number, request.opcode) {
+            let (request, reason) = (self.text(request), reason.into());
+            return Err(Error::Refused { request, status: Status::NOT_AVAILABLE, reason });
+        }
+        if request.opcode == Opcode::MST && wire.downloads.is_others(module, self.number) {
+            self.ask(wire, Instruction::new(Opcode::EXIT_DOWNLOAD, 0, 0, 0))?;
+        }
+        Ok(())
+    }
+
+    /// The module as the line's downloads know it: the address in its answers, whatever it is asked under; on a CAN bus that is
+    /// the low byte of its identifier.
+    pub(crate) fn number_of_module(&self) -> u8 {
+        self.peer.module
+    }
+
+    /// Sends a request, and hears its answer.
+    fn ask(&mut self, wire: &mut Wire, request: Instruction) -> Result<[u8; 9], Error> {
+        let module = self.number_of_module();
+        let is_stored = wire.downloads.is_own(module, self.number) && !is_control(request.opcode);
         let start = wire.link.now();
-        wire.send(self.address, request, line.port())?;
+        wire.send(self.address, request, is_stored || request.impact() == Impact::Acts, self.line.port())?;
+        wire.downloads.sent(module, self.number, request.opcode);
         let answer = self.hear_answer(wire, request);
+        if let Some(reply) = answer.as_ref().ok().and_then(|bytes| Reply::parse(bytes).ok()) {
+            wire.downloads.answered(module, self.number, request.opcode, reply.status);
+        }
         match answer {
             Ok(bytes) => {
                 self.statistics.answers += 1;

@@ -3,32 +3,27 @@
 //! Only one request is under way on a line at a time, also where the modules would allow more (CAN): on RS-485 two answers at
 //! once destroy each other, and an order that holds for the whole line is what makes late answers recognisable.
 
-use std::collections::VecDeque;
+pub(crate) mod downloads;
+pub(crate) mod stop_latch;
+pub(crate) mod wire;
+
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
 
 use gradus_sim::Bench;
-use gradus_tmcl::can::Frame;
-use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, checksum};
+use gradus_tmcl::Instruction;
+use gradus_tmcl::catalogue::Impact;
 
+use self::downloads::Owner;
+use self::stop_latch::StopLatch;
+use self::wire::Wire;
 use crate::can::CanLink;
-use crate::link::{Framed, GRACE};
+use crate::link::Framed;
 use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
-use crate::trace::{Direction, Packet, Record, Sink, time_of_day};
-use crate::verdict::{Form, form};
-use crate::{Address, Error, Heard, Link, Nature, Place, Session, Stream, Url};
-
-/// How many events wait for somebody to take them; the oldest go.
-const EVENTS_KEPT: usize = 1000;
-
-/// A second reply of command 138: motors have reached their targets.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct PositionReached {
-    /// The motors, one bit each.
-    pub motors: i32,
-}
+use crate::trace::Sink;
+use crate::{Address, Error, Link, Nature, Place, Session, Stream, Url};
 
 /// An open line. Clones are the same line.
 #[derive(Clone)]
@@ -41,41 +36,16 @@ struct Shared {
     /// Whoever wants the wire queues here, so that nobody takes it twice while another one waits.
     turnstile: Mutex<()>,
     wire: Mutex<Wire>,
+    latch: Arc<StopLatch>,
+    /// How many sessions there were.
+    sessions: AtomicU64,
 }
 
-/// What holds for the whole line.
-pub(crate) struct Wire {
-    pub link: Box<dyn Link>,
-    /// Counts the doubts whether an answer is under way. Who got in step before the latest one has to do it again.
-    pub doubts: u64,
-    /// The latest answer.
-    pub last: Option<Exchange>,
-    /// Answers that may still come.
-    pub owing: Vec<Debt>,
-    /// True where a second copy of an answer may come.
-    pub doubling: bool,
-    /// Takes what passes.
-    trace: Option<Sink>,
-    /// The time of day at which the link's clock stood at zero.
-    began: Duration,
-    /// Events that nobody has taken yet, with the address of their module.
-    events: VecDeque<(u8, PositionReached)>,
-}
-
-/// An answer that may still come.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Debt {
-    /// Where the request went.
-    pub to: Address,
-    pub form: Form,
-}
-
-/// A request and its answer.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Exchange {
-    pub to: Address,
-    pub request: Instruction,
-    pub answer: [u8; 9],
+/// A task of many requests, which a stop of its line ends.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub(crate) struct Job {
+    /// The stops before it began.
+    stops: u64,
 }
 
 impl Line {
@@ -92,19 +62,63 @@ impl Line {
 
     /// A line over a link that is open already; `port` names it in messages.
     pub fn over(link: Box<dyn Link>, port: &str) -> Self {
-        let doubling = link.nature().can;
-        let began = time_of_day().saturating_sub(link.now());
-        let wire = Wire {
-            link,
-            doubts: 1,
-            last: None,
-            owing: Vec::new(),
-            doubling,
-            trace: None,
-            began,
-            events: VecDeque::new(),
-        };
-        Self { port: port.into(), shared: Arc::new(Shared { turnstile: Mutex::default(), wire: Mutex::new(wire) }) }
+        let latch = Arc::<StopLatch>::default();
+        let wire = Mutex::new(Wire::new(link, Arc::clone(&latch)));
+        let shared = Shared { turnstile: Mutex::default(), wire, latch, sessions: AtomicU64::new(0) };
+        Self { port: port.into(), shared: Arc::new(shared) }
+    }
+
+    /// Opens the port again after the line broke. Downloads that were under way have ended, a stop lasts.
+    ///
+    /// # Errors
+    /// When the port does not open.
+    pub fn reopen(&self, url: &Url) -> Result<(), Error> {
+        let link = link(url).map_err(|reason| Error::Open { port: url.to_string(), reason })?;
+        self.lock().replace(link);
+        Ok(())
+    }
+
+    /// Stops the line: until its [`release`](Self::release) nothing that acts goes out on it, from any session. Stops
+    /// (MST, 128, 133) and what only reads pass; downloads, captures, dumps and scans under way end with [`Error::Stopped`]. Waits
+    /// for no answer. Motors and programs go on: [`Session::halt`] stops those.
+    pub fn stop(&self) {
+        self.shared.latch.stop();
+    }
+
+    /// Lets pass again what acts.
+    pub fn release(&self) {
+        self.shared.latch.release();
+    }
+
+    /// True from a stop until its release.
+    pub fn is_stopped(&self) -> bool {
+        self.shared.latch.is_stopped()
+    }
+
+    pub(crate) fn latch(&self) -> &StopLatch {
+        &self.shared.latch
+    }
+
+    /// Begins a task of many requests.
+    pub(crate) fn job(&self) -> Job {
+        Job { stops: self.shared.latch.stops() }
+    }
+
+    /// Lets a task go on, unless the line was stopped since it began.
+    pub(crate) fn go_on(&self, job: Job) -> Result<(), Error> {
+        let stopped = self.shared.latch.stops() != job.stops;
+        if stopped { Err(Error::Stopped { port: self.port().into() }) } else { Ok(()) }
+    }
+
+    /// Lets a request out that was made with a task, unless it acts and the line was stopped meanwhile: what is older than a stop
+    /// does not go out after its release.
+    pub(crate) fn go_on_with(&self, job: Job, request: Instruction) -> Result<(), Error> {
+        if request.impact() == Impact::Acts { self.go_on(job) } else { Ok(()) }
+    }
+
+    /// A number for a new session.
+    pub(crate) fn number(&self) -> Owner {
+        self.shared.sessions.fetch_add(1, Ordering::Relaxed)
     }
 
     /// A line to the module of a bench, in virtual time.
@@ -160,108 +174,4 @@ pub(crate) fn stream(url: &Url) -> Result<Box<dyn Stream>, String> {
         Place::Serial { path, baud, rs485 } => Box::new(SerialStream::open(path, *baud, *rs485)?),
         Place::Can { .. } => return Err("a CAN bus carries no text; use a serial port of the module".into()),
     })
-}
-
-impl Wire {
-    /// The answer to a request may still come.
-    pub fn owe(&mut self, to: Address, request: Instruction) {
-        let debt = Debt { to, form: form(request) };
-        if !self.owing.contains(&debt) {
-            self.owing.push(debt);
-        }
-    }
-
-    /// From now on nobody knows what is under way.
-    pub fn doubt(&mut self) {
-        self.doubts += 1;
-    }
-
-    pub fn send(&mut self, to: Address, instruction: Instruction, port: &str) -> Result<(), Error> {
-        self.link.send(to, instruction).map_err(|error| Error::Broken { port: port.into(), error })?;
-        if self.trace.is_some() {
-            let address = to.module as u8;
-            let packet = match self.link.nature().can {
-                true => Packet::Can(Frame::request(to.module.into(), &instruction)),
-                false => Packet::Serial(Request { address, instruction }.emit().to_vec()),
-            };
-            self.record(Direction::Request, packet);
-        }
-        Ok(())
-    }
-
-    fn record(&mut self, direction: Direction, packet: Packet) {
-        let at = self.began + self.link.now();
-        if let Some(sink) = &mut self.trace {
-            sink(&Record { at, direction, packet });
-        }
-    }
-
-    fn record_heard(&mut self, heard: &Heard) {
-        let bytes = match heard {
-            Heard::Nothing => return,
-            Heard::Datagram(bytes) => bytes.as_slice(),
-            Heard::Fragment(bytes) => bytes,
-        };
-        let packet = match bytes {
-            // The ninth byte of a datagram from CAN is the link's own, except in a version text.
-            [id, body @ .., last] if self.link.nature().can => {
-                let own = checksum(&bytes[..bytes.len() - 1]) == *last;
-                Frame::new(u32::from(*id), false, if own { body } else { &bytes[1..] }).map(Packet::Can)
-            }
-            _ => Some(Packet::Serial(bytes.to_vec())),
-        };
-        if let Some(packet) = packet {
-            self.record(Direction::Reply, packet);
-        }
-    }
-
-    /// What comes next; `None`: an event, which is kept. Whoever asks again and again with the same deadline hears nothing more
-    /// from [`GRACE`] after it on, so that every wait ends.
-    pub fn receive(&mut self, deadline: Duration, port: &str) -> Result<Option<Heard>, Error> {
-        if self.link.now() > deadline + GRACE {
-            return Ok(Some(Heard::Nothing));
-        }
-        let heard = self.link.receive(deadline).map_err(|error| Error::Broken { port: port.into(), error })?;
-        if self.trace.is_some() {
-            self.record_heard(&heard);
-        }
-        Ok(match heard {
-            Heard::Datagram(bytes) if self.keep_event(&bytes) => None,
-            other => Some(other),
-        })
-    }
-
-    /// What comes next and is no event.
-    pub fn hear(&mut self, deadline: Duration, port: &str) -> Result<Heard, Error> {
-        loop {
-            if let Some(heard) = self.receive(deadline, port)? {
-                return Ok(heard);
-            }
-        }
-    }
-
-    fn keep_event(&mut self, bytes: &[u8; 9]) -> bool {
-        let event = Reply::parse(bytes)
-            .ok()
-            .filter(|reply| reply.status == Status::POSITION_REACHED && reply.command == Opcode::POSITION_EVENT);
-        if let Some(reply) = event {
-            if self.events.len() == EVENTS_KEPT {
-                self.events.pop_front();
-            }
-            self.events.push_back((reply.module, PositionReached { motors: reply.value }));
-        }
-        event.is_some()
-    }
-
-    /// The oldest event of a module.
-    pub fn take_event(&mut self, module: u8) -> Option<PositionReached> {
-        let index = self.events.iter().position(|(from, _)| *from == module)?;
-        self.events.remove(index).map(|(_, event)| event)
-    }
-
-    /// Says what a datagram means that nobody asked for: a second copy of the latest answer shows that the line doubles.
-    pub fn unasked(&mut self, bytes: &[u8; 9]) {
-        self.doubling |= self.last.is_some_and(|last| last.answer == *bytes);
-        self.doubt();
-    }
 }

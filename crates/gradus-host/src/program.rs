@@ -96,7 +96,7 @@ impl Session {
         if let Some((address, command)) = (0..).zip(program).find(|(_, command)| is_control(command.opcode)) {
             return Err(Error::NotStorable { address, request: self.text(*command) });
         }
-        self.enter_download(0)?;
+        self.begin_download()?;
         let end_mark = (program.len() < usize::from(room)).then(Instruction::default);
         let written = self.write_all(program.iter().copied().chain(end_mark), &mut progress);
         // The module must leave download mode even if a write failed; that failure tells more than the next one.
@@ -104,12 +104,24 @@ impl Session {
         written.and(left)
     }
 
+    /// A download that does not begin is ended, in case the module got the command and only its answer was lost.
+    fn begin_download(&mut self) -> Result<(), Error> {
+        self.enter_download(0).inspect_err(|_| {
+            if self.downloads() {
+                let _ = self.insist_on(Instruction::new(Opcode::EXIT_DOWNLOAD, 0, 0, 0)); // the first failure tells more
+            }
+            self.line().lock().downloads.forget(self.number);
+        })
+    }
+
     fn write_all(
         &mut self,
         commands: impl Iterator<Item = Instruction>,
         progress: &mut impl FnMut(usize),
     ) -> Result<(), Error> {
+        let job = self.line().job();
         for (address, command) in (0..).zip(commands) {
+            self.line().go_on(job)?;
             self.write(address, command)?;
             progress(usize::from(address) + 1);
         }
@@ -143,7 +155,9 @@ impl Session {
     /// # Errors
     /// At the first difference.
     pub fn verify(&mut self, program: &[Instruction], mut progress: impl FnMut(usize)) -> Result<(), Error> {
+        let job = self.line().job();
         for (address, wrote) in (0..).zip(program.iter().copied()) {
+            self.line().go_on(job)?;
             let read = self.read_memory(address)?;
             if read != wrote {
                 let blank = read == Instruction::default();
@@ -194,15 +208,15 @@ impl Session {
         self.control(Opcode::RESET_APPLICATION, 0, 0).map(drop)
     }
 
-    /// Stops every motor.
+    /// Stops every motor, also those behind one that fails.
     ///
     /// # Errors
-    /// When the module refuses.
+    /// The first failure: when the module refuses or does not answer.
     pub fn stop_motors(&mut self) -> Result<(), Error> {
-        for axis in 0..self.module()?.axes {
-            self.command(Instruction::new(Opcode::MST, 0, axis, 0))?;
-        }
-        Ok(())
+        let axes = 0..self.module()?.axes;
+        let stops: Vec<_> =
+            axes.map(|axis| self.command(Instruction::new(Opcode::MST, 0, axis, 0)).map(drop)).collect();
+        stops.into_iter().collect()
     }
 
     /// What the program does.

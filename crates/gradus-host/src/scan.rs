@@ -80,8 +80,10 @@ pub fn scan(
     mut progress: impl FnMut(u16) -> bool,
 ) -> Result<Vec<Found>, Error> {
     let line = Line::open(url)?;
+    let job = line.job();
     let mut found: Vec<Found> = Vec::new();
     for address in addresses {
+        line.go_on(job)?;
         if !progress(address) {
             break;
         }

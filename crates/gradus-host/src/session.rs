@@ -31,6 +31,7 @@ use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Command, Effect, Gp, MODULES, Module, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
+use crate::line::downloads::Owner;
 use crate::refusal::reason;
 use crate::verdict::{Form, Peer, complaint, form};
 use crate::{Address, Error, Line, Link, PositionReached, Statistics, Url};
@@ -45,6 +46,8 @@ const SHARE: Duration = Duration::from_millis(10);
 /// A conversation with one module over one line.
 pub struct Session {
     pub(crate) line: Line,
+    /// Its number on the line.
+    pub(crate) number: Owner,
     /// Address that requests carry.
     pub(crate) address: Address,
     /// Addresses that replies carry.
@@ -112,6 +115,7 @@ impl Session {
     pub(crate) fn new(line: Line, address: Address) -> Self {
         let peer = Peer { host: 0, module: address.module as u8 };
         Self {
+            number: line.number(),
             line,
             address,
             peer,
@@ -316,6 +320,23 @@ impl Session {
         let mut wire = line.lock();
         self.drain(&mut wire)?;
         Ok(wire.take_event(self.peer.module))
+    }
+
+    /// Reads what has come unasked; an event waits until it is taken.
+    pub(crate) fn listen_in(&mut self) -> Result<(), Error> {
+        let line = self.line.clone();
+        self.drain(&mut line.lock())
+    }
+
+    /// The oldest event of a module that has come and was not taken yet.
+    pub(crate) fn take_event_of(&self, module: u8) -> Option<PositionReached> {
+        self.line.lock().take_event(module)
+    }
+
+    /// True while the module stores what this session sends.
+    pub(crate) fn downloads(&self) -> bool {
+        let module = self.number_of_module();
+        self.line.lock().downloads.is_own(module, self.number)
     }
 
     /// Waits for the next event, at most for `time`.

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use gradus_tmcl::{Instruction, Opcode, Reply};
 
-use crate::line::{Debt, Wire};
+use crate::line::wire::{Debt, Wire};
 use crate::link::SILENCE;
 use crate::verdict::{Form, Peer};
 use crate::{Address, Error, Heard, Session};
@@ -81,7 +81,7 @@ impl Session {
     fn probe_at(&mut self, to: Address, wire: &mut Wire) -> Result<Option<Peer>, Error> {
         self.nonce = self.nonce.wrapping_add(1);
         self.statistics.probes += 1;
-        wire.send(to, Instruction::new(Opcode::GET_INFO, PROBE_TYPE, 0, self.nonce), self.line.port())?;
+        wire.send(to, Instruction::new(Opcode::GET_INFO, PROBE_TYPE, 0, self.nonce), false, self.line.port())?;
         wire.last = None;
         let deadline = wire.link.now() + self.timeout;
         while let Heard::Datagram(bytes) = wire.hear(deadline, self.line.port())? {
@@ -112,7 +112,7 @@ impl Session {
     /// Asks for the version text, which a module answers even if its replies are suppressed (global parameter 255), so
     /// that reading works and the suppression can be ended. The text carries no address: the last one known holds.
     fn probe_mute(&mut self, wire: &mut Wire) -> Result<bool, Error> {
-        wire.send(self.address, Instruction::new(Opcode::FIRMWARE_VERSION, 0, 0, 0), self.line.port())?;
+        wire.send(self.address, Instruction::new(Opcode::FIRMWARE_VERSION, 0, 0, 0), false, self.line.port())?;
         match wire.hear(wire.link.now() + self.timeout, self.line.port())? {
             Heard::Datagram([host, text @ ..]) if text.iter().all(u8::is_ascii_graphic) => {
                 self.peer.host = host;

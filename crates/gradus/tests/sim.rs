@@ -322,6 +322,108 @@ fn a_broker_serves_several_commands_at_once() {
     broker.stop();
 }
 
+fn gradus(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output = Command::new(GRADUS).args(arguments).output().unwrap();
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn a_stop_lasts_on_a_served_line_until_it_is_released() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let broker = Sim::spawn(Command::new(GRADUS).args(["serve", "--port", &sim.url(0), "--tcp", "127.0.0.1:0"]));
+    let url = broker.url(0);
+    let mut client = broker.session(0);
+    client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap();
+    let (status, told, _) = gradus(&["stop", "--port", &url]);
+    assert_eq!((status, client.get_axis(Ap::TargetSpeed, 1).unwrap()), (Some(0), 0));
+    assert_eq!(
+        told,
+        format!(
+            "stopped: the program and all motors of {url}\n\
+             nothing that acts passes until `gradus stop --release --port {url}`\n"
+        )
+    );
+    assert_eq!(gradus(&["stop", "--state", "--port", &url]).1, "stopped\n");
+    let (status, _, complaint) = gradus(&["cmd", "--port", &url, "MVP ABS, 0, 1000"]);
+    assert_eq!(status, Some(1), "{complaint}");
+    assert_eq!(client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap_err().to_string().contains("refused"), true);
+    assert_eq!(gradus(&["stop", "--release", "--port", &url]).1, "released\n");
+    client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap();
+    drop(client);
+    broker.stop();
+}
+
+#[test]
+fn a_stop_of_a_line_that_nobody_shares_says_that_it_ends() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let url = sim.url(0);
+    let (status, told, _) = gradus(&["stop", "--port", &url]);
+    assert_eq!(status, Some(0));
+    assert!(
+        told.contains("the stop ends with this command") && told.contains("not shared by `gradus serve`"),
+        "{told}"
+    );
+    for flag in ["--state", "--release"] {
+        let (status, _, complaint) = gradus(&["stop", flag, "--port", &url]);
+        assert_eq!(status, Some(1));
+        assert!(complaint.contains("is not shared by `gradus serve`"), "{complaint}");
+    }
+    let (status, _, complaint) = gradus(&["stop", "--port", "sim:tmcm-3351"]);
+    assert_eq!((status, complaint.contains("does nothing that could be stopped")), (Some(1), true), "{complaint}");
+    sim.stop();
+}
+
+#[test]
+fn a_stop_that_nobody_acknowledges_says_that_motors_may_move() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("tcp:{}?timeout=100", listener.local_addr().unwrap());
+    let module = std::thread::spawn(move || {
+        let mut sent = Vec::new();
+        listener.accept().unwrap().0.read_to_end(&mut sent).unwrap();
+        sent
+    });
+    let (status, _, complaint) = gradus(&["stop", "--port", &url]);
+    assert_eq!(status, Some(1));
+    assert!(complaint.contains("motors may still move") && complaint.contains("no module answers"), "{complaint}");
+    let sent = module.join().unwrap();
+    let opcodes: Vec<u8> = sent.chunks(9).map(|datagram| datagram[1]).collect();
+    assert!(opcodes.ends_with(&[133, 128, 3, 3, 3, 3, 3, 3]), "it was sent all the same: {opcodes:?}");
+}
+
+#[test]
+fn a_broker_without_descriptors_serves_whom_it_has_and_goes_on_later() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let serve = format!("ulimit -n 16; exec {GRADUS} serve --port {} --tcp 127.0.0.1:0", sim.url(0));
+    let broker = Sim::spawn(Command::new("sh").args(["-c", &serve]));
+    let mut first = broker.session(0);
+    let address = broker.url(0).replace("tcp:", "");
+    let crowd: Vec<_> = (0..30).map(|_| std::net::TcpStream::connect(&address).unwrap()).collect();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(first.get_axis(Ap::MaxSpeed, 0).unwrap(), 51_200);
+    drop(crowd);
+    std::thread::sleep(Duration::from_millis(500));
+    assert_eq!(broker.session(0).get_axis(Ap::MaxSpeed, 0).unwrap(), 51_200);
+    drop(first);
+    broker.stop();
+}
+
+#[test]
+fn sigterm_ends_a_broker_though_a_client_does_not_read() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let broker = Sim::spawn(Command::new(GRADUS).args(["serve", "--port", &sim.url(0), "--tcp", "127.0.0.1:0"]));
+    let address = broker.url(0).replace("tcp:", "");
+    let mut rude = std::net::TcpStream::connect(address).unwrap();
+    let instruction = Instruction::new(Opcode::GAP, 1, 0, 0);
+    let requests = gradus_tmcl::Request { address: 1, instruction }.emit().repeat(5000);
+    let flood = std::thread::spawn(move || while rude.write_all(&requests).is_ok() {});
+    std::thread::sleep(Duration::from_millis(500));
+    let start = Instant::now();
+    broker.stop();
+    assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
+    flood.join().unwrap();
+}
+
 /// A host of the fleet that stores one value after the other until its line breaks; the last that was acknowledged.
 fn store_until_the_end(address: std::net::SocketAddr) -> i32 {
     let mut stream = std::net::TcpStream::connect(address).unwrap();

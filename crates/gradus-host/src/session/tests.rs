@@ -22,6 +22,8 @@ struct Fake {
     address: u8,
     /// Answers nothing but reads and what has a special reply.
     mute: bool,
+    /// In download mode.
+    storing: bool,
     probes: usize,
 }
 
@@ -72,6 +74,8 @@ impl Fake {
         if matches!(fault, Fault::RequestFlipped) {
             return self.arrive(1, self.reply(Status::WRONG_CHECKSUM, Opcode::NOP, 0));
         }
+        self.storing |= instruction.opcode == Opcode::ENTER_DOWNLOAD;
+        self.storing &= instruction.opcode != Opcode::EXIT_DOWNLOAD;
         if probe {
             self.probes += 1;
         } else {
@@ -82,7 +86,7 @@ impl Fake {
         }
         let mut bytes = self.special(instruction).unwrap_or_else(|| {
             let value = if probe { instruction.value } else { answer(instruction) };
-            self.reply(if probe { Status::WRONG_TYPE } else { Status::OK }, instruction.opcode, value)
+            self.reply(self.status(instruction.opcode), instruction.opcode, value)
         });
         match fault {
             Fault::Lost => return,
@@ -102,6 +106,14 @@ impl Fake {
             Fault::None | Fault::RequestFlipped => {}
         }
         self.arrive(1, bytes);
+    }
+
+    fn status(&self, opcode: Opcode) -> Status {
+        match opcode {
+            Opcode::GET_INFO => Status::WRONG_TYPE,
+            _ if self.storing && opcode.0 < 128 => Status::LOADED,
+            _ => Status::OK,
+        }
     }
 
     fn special(&self, instruction: Instruction) -> Option<Vec<u8>> {

@@ -16,6 +16,7 @@ mod set;
 #[cfg(unix)]
 mod sim;
 mod stats;
+mod stop;
 mod trace;
 mod tune;
 mod units;
@@ -33,6 +34,7 @@ pub enum Command {
     Cmd(direct::Direct),
     Get(get::Get),
     Set(set::Set),
+    Stop(stop::Stop),
     Params(params::Params),
     Config(config::Configure),
     Scan(scan::Scan),
@@ -61,6 +63,7 @@ impl Command {
             Self::Cmd(direct) => direct.run(out),
             Self::Get(get) => get.run(out),
             Self::Set(set) => set.run(out),
+            Self::Stop(stop) => stop.run(out),
             Self::Params(params) => params.run(out),
             Self::Config(config) => config.run(out),
             Self::Scan(scan) => scan.run(out),

@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use gradus_host::{Broker, Line, Place, Rights, Url};
+use gradus_host::{Broker, Line, MOST_CLIENTS, Place, Rights, Url};
 
 use crate::progress::interruption;
 use crate::{complain, port};
@@ -17,6 +17,11 @@ use crate::{complain, port};
 /// request counts, and a client reaches every module of the line.
 ///
 /// Prints `tcp ADDR:PORT` and `ready`, then a line for each client that comes and goes; ends on Ctrl-C.
+///
+/// While one client writes a program into a module, what others send there is refused (status 6); 133 and MST of any client end that
+/// download, and what its owner still sends is refused. `gradus stop --port tcp:ADDR:PORT` stops the line: nothing that acts
+/// passes until `gradus stop --release`. When the line breaks, all clients are let go, and the port is opened again as soon as
+/// that works.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
@@ -36,12 +41,19 @@ pub struct Serve {
     /// Clients may read and nothing else; other commands are refused (status 6)
     #[arg(long)]
     read_only: bool,
+    /// How many clients may be connected at a time; who comes then is told of here, and not let in
+    #[arg(long, value_name = "N", default_value_t = MOST_CLIENTS, value_parser = most_clients)]
+    clients: usize,
     /// Let other computers connect; anybody who can reach the address can move the motors
     #[arg(long)]
     allow_remote: bool,
     /// Record what passes over the line
     #[arg(long, value_name = "FILE.pcapng")]
     trace: Option<PathBuf>,
+}
+
+fn most_clients(text: &str) -> Result<usize, &'static str> {
+    text.parse().ok().filter(|count| (1..=10_000).contains(count)).ok_or("expected is a number from 1 to 10000")
 }
 
 impl Serve {
@@ -69,7 +81,9 @@ impl Serve {
         }
         writeln!(out, "tcp {}\nready", listener.local_addr()?)?;
         out.flush()?;
-        let broker = Broker::new(line, self.port.address, self.port.timeout, rights);
+        let mut broker = Broker::new(line, self.port.address, self.port.timeout, rights);
+        broker.set_most_clients(self.clients);
+        broker.reopen_at(self.port);
         broker.serve(&listener, &stop, |news| complain(format_args!("{news}")))?;
         Ok(())
     }

@@ -1,0 +1,71 @@
+//! `gradus stop`
+
+use std::io::Write;
+
+use anyhow::{Context, bail};
+use gradus_host::{LatchRequest, Line, Place, Session, Url};
+
+/// Stop the program and all motors, and keep a shared line stopped
+///
+/// Ends a download, stops the program, and stops every motor of the module. On a line that `gradus serve` shares, nothing that acts
+/// passes from then on, from any client, until `gradus stop --release`: moves, settings, outputs, downloads, starts of programs are
+/// refused (status 6); what reads passes, and so do MST, 128 and 133. On any other port the stop ends with this command.
+///
+/// Exit status: 0 when everything was stopped, 1 when something may still move.
+#[derive(clap::Args)]
+#[command(after_long_help = "\
+Examples:
+  gradus stop --port tcp:localhost:4322
+  gradus stop --port tcp:localhost:4322 --state
+  gradus stop --port tcp:localhost:4322 --release")]
+pub struct Stop {
+    /// Port of the module
+    #[arg(long, value_name = "URL")]
+    port: Url,
+    /// Let pass again what acts; nothing starts by that
+    #[arg(long, conflicts_with = "state")]
+    release: bool,
+    /// Say whether the line is stopped, and stop nothing
+    #[arg(long)]
+    state: bool,
+}
+
+impl Stop {
+    pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        if let Place::Sim(_) = self.port.place {
+            bail!("a virtual module of this process does nothing that could be stopped");
+        }
+        let line = Line::open(&self.port)?;
+        let mut session = line.session(self.port.address);
+        session.set_timeout(self.port.timeout);
+        match (self.release, self.state) {
+            (true, _) => self.ask(&mut session, LatchRequest::Release, out),
+            (_, true) => self.ask(&mut session, LatchRequest::State, out),
+            _ => stop(&mut session, &self.port, out),
+        }
+    }
+
+    fn ask(&self, session: &mut Session, request: LatchRequest, out: &mut dyn Write) -> anyhow::Result<()> {
+        match session.ask_latch(request)? {
+            Some(stopped) => Ok(writeln!(out, "{}", if stopped { "stopped" } else { "released" })?),
+            None => {
+                bail!("{} is not shared by `gradus serve`: a stop there ends with the command that makes it", self.port)
+            }
+        }
+    }
+}
+
+/// The latch first, so that nothing can act between the stops of two motors.
+fn stop(session: &mut Session, port: &Url, out: &mut dyn Write) -> anyhow::Result<()> {
+    let held = session.ask_latch(LatchRequest::Stop)?;
+    session.line().stop();
+    let halted = session.halt();
+    if halted.is_ok() {
+        writeln!(out, "stopped: the program and all motors of {port}")?;
+    }
+    match held {
+        Some(_) => writeln!(out, "nothing that acts passes until `gradus stop --release --port {port}`")?,
+        None => writeln!(out, "the stop ends with this command: {port} is not shared by `gradus serve`")?,
+    }
+    halted.context("motors may still move")
+}
