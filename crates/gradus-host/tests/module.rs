@@ -46,7 +46,7 @@ fn a_program_is_written_compared_and_run_to_its_end() {
     assert_eq!(session.application_status().unwrap().state, State::Running);
     assert!(session.wait_stopped(10 * SECOND, MILLISECOND).unwrap());
     assert_eq!(session.get_axis(Ap::ActualPosition, 0).unwrap(), 51200);
-    assert_eq!(session.program_counter().unwrap(), 2);
+    assert_eq!(session.program_counter().unwrap(), 3);
 }
 
 #[test]
