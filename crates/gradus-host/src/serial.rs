@@ -1,5 +1,8 @@
 //! Bytes over a serial port: RS232, RS485 adapter, USB, pseudo-terminal.
 
+#[cfg(unix)]
+mod claim;
+
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -8,6 +11,8 @@ use serial2::SerialPort;
 #[cfg(target_os = "linux")]
 use serial2::rs4xx::Rs485Config;
 
+#[cfg(unix)]
+use self::claim::{Claim, Refusal};
 use crate::Stream;
 use crate::link::received;
 
@@ -15,19 +20,31 @@ use crate::link::received;
 pub struct SerialStream {
     port: SerialPort,
     opened: Instant,
+    /// The port is this program's alone. Windows does so by itself.
+    #[cfg(unix)]
+    _claim: Claim,
 }
 
 impl SerialStream {
-    /// Opens the port; `Err` holds the reason in words. With `rs485` the port's driver switches an RS-485 transceiver to sending
+    /// Opens the port, for this program alone; `Err` holds the reason in words. With `rs485` the port's driver switches an RS-485 transceiver to sending
     /// and back; most adapters do that by themselves.
     pub fn open(path: &Path, baud: u32, rs485: bool) -> Result<Self, String> {
+        #[cfg(unix)]
+        let claim = Claim::take(path).map_err(|refusal| in_words(refusal, baud))?;
         let port = SerialPort::open(path, baud).map_err(|error| reason(&error, baud))?;
+        #[cfg(unix)]
+        claim.keep_others_out();
         if rs485 {
             switch_direction(&port)?;
         }
         // What came before belongs to whoever had the port open before.
         port.discard_input_buffer().map_err(|error| error.to_string())?;
-        Ok(Self { port, opened: Instant::now() })
+        Ok(Self {
+            port,
+            opened: Instant::now(),
+            #[cfg(unix)]
+            _claim: claim,
+        })
     }
 
     /// The serial ports of this computer.
@@ -48,15 +65,20 @@ fn switch_direction(_: &SerialPort) -> Result<(), String> {
     Err("an RS-485 transceiver is switched on Linux only; most adapters do so by themselves: leave rs485=1 out".into())
 }
 
+#[cfg(unix)]
+fn in_words(refusal: Refusal, baud: u32) -> String {
+    match refusal {
+        Refusal::Words(words) => words,
+        Refusal::System(error) => reason(&error, baud),
+    }
+}
+
 fn reason(error: &io::Error, baud: u32) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file; is the module plugged in?".into(),
-        io::ErrorKind::PermissionDenied => {
-            "permission denied; add yourself to the group that owns the port, mostly `sudo usermod -aG dialout $USER`, \
-             and log in again"
-                .into()
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ResourceBusy => {
+            "in use by another program; see `gradus serve`, which shares a port between programs".into()
         }
-        io::ErrorKind::ResourceBusy => "the port is busy; close the other program that uses it".into(),
         io::ErrorKind::InvalidInput => format!("the port does not work at {baud} baud"),
         _ if error.raw_os_error() == Some(NOT_A_TERMINAL) => "this is not a serial port".into(),
         _ => error.to_string(),

@@ -133,6 +133,20 @@ fn a_pty_carries_a_session_at_any_rate() {
 }
 
 #[test]
+fn a_port_that_is_in_use_names_who_has_it_and_is_left_as_it_is() {
+    let (mut module, path) = pty();
+    thread::spawn(move || serve(&mut module, usize::MAX));
+    let url = |baud: u32| format!("serial:{}?baud={baud}", path.display());
+    let mut session = Session::open(&url(19_200).parse().unwrap()).unwrap();
+    let message = failure(&url(9600));
+    assert!(message.contains(&format!("in use by {} ", std::process::id())), "{message}");
+    assert!(message.contains("see `gradus serve`"), "{message}");
+    let settings = rustix::termios::tcgetattr(File::open(&path).unwrap()).unwrap();
+    assert_eq!(settings.output_speed(), 19_200, "the rate is still that of the first one");
+    ask_a_hundred(&mut session);
+}
+
+#[test]
 fn an_slcan_adapter_carries_a_session_on_a_pty_and_over_tcp() {
     let (mut module, path) = pty();
     thread::spawn(move || serve_slcan(&mut module));
