@@ -122,9 +122,7 @@ fn on_every_run(facts: &Facts, part: usize) -> HashSet<usize> {
 /// eeprom-at-start
 pub(crate) fn at_start(facts: &Facts, problems: &mut Vec<Problem>) {
     let keeps = facts.reached().any(|(_, instruction)| keeps_coordinates(instruction));
-    let looped: HashSet<usize> = facts.loops[MAIN].iter().flat_map(|found| found.nodes.iter().copied()).collect();
-    let nodes = always_at_start(facts);
-    for node in nodes.into_iter().filter(|node| !looped.contains(node) && stores(facts.at(*node), keeps)) {
+    for node in always_at_start(facts).into_iter().filter(|node| stores(facts.at(*node), keeps)) {
         let span = facts.span(node);
         let message = format!("`{}` writes the EEPROM at every start of the program", facts.command(node));
         let problem = match facts.opcode(node) {
@@ -135,20 +133,14 @@ pub(crate) fn at_start(facts: &Facts, problems: &mut Vec<Problem>) {
     }
 }
 
-/// The commands that every run from address 0 meets, up to its end or for ever.
+/// The commands that every run from address 0 meets, up to the first loop: it may wait for something.
 fn always_at_start(facts: &Facts) -> Vec<usize> {
-    if facts.flow.steps.is_empty() {
-        return Vec::new();
-    }
-    // A loop without a way out is an end too.
-    let endless =
-        |found: &&Loop| found.nodes.iter().all(|node| facts.flow.next(*node).all(|next| found.contains(next)));
-    let ends: HashSet<usize> =
-        facts.loops[MAIN].iter().filter(endless).flat_map(|found| found.nodes.iter().copied()).collect();
-    on_every_way(0, |node| {
-        let next: Vec<_> = facts.flow.next(node).map(Some).collect();
-        if next.is_empty() || ends.contains(&node) { vec![None] } else { next }
-    })
+    let looped: HashSet<usize> = facts.loops[MAIN].iter().flat_map(|found| found.nodes.iter().copied()).collect();
+    let next = |node: usize| {
+        let next: Vec<_> = facts.flow.next(node).map(|next| (!looped.contains(&next)).then_some(next)).collect();
+        if next.is_empty() { vec![None] } else { next }
+    };
+    if facts.flow.steps.is_empty() || looped.contains(&0) { Vec::new() } else { on_every_way(0, next) }
 }
 
 /// stored-overwritten

@@ -1,5 +1,7 @@
 //! The programs of `examples` with their modules.
 
+#![allow(dead_code)] // no test uses all of it
+
 use std::fs;
 use std::path::{Path, PathBuf};
 
