@@ -3,9 +3,10 @@
 //! The maker's files are not printed in the manuals. Parameters and interrupts have the names of their catalogue rows, so
 //! the same name may have another number on another module.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
-use gradus_tmcl::catalogue::{MODULES, Module};
+use gradus_tmcl::catalogue::{GlobalParameter, MODULES, Module};
 
 const PARAMETERS: &str = "TMCLParam.tmc";
 const INTERRUPTS: &str = "Interrupts.inc";
@@ -44,14 +45,24 @@ pub fn built_in(name: &str, module: &Module) -> Option<String> {
     Some(text)
 }
 
-fn definitions(file: &str, module: &Module) -> Box<dyn Iterator<Item = (&'static str, i32)>> {
-    let (parameters, interrupts) = (module.axis_parameters, module.interrupts);
+fn definitions(file: &str, module: &Module) -> Box<dyn Iterator<Item = (Cow<'static, str>, i32)>> {
+    let fixed = |list: &'static [(&str, i32)]| list.iter().map(|(name, value)| (Cow::from(*name), *value));
+    let (parameters, globals, interrupts) = (module.axis_parameters, module.global_parameters, module.interrupts);
     if file == PARAMETERS {
-        let parameters = parameters.iter().map(|row| (row.symbol, i32::from(row.number)));
-        Box::new(MOTORS.iter().copied().chain(parameters).chain(VALUES.iter().copied()))
+        let parameters = parameters.iter().map(|row| (row.symbol.into(), row.number.into()));
+        Box::new(fixed(MOTORS).chain(parameters).chain(fixed(VALUES)).chain(globals.iter().flat_map(global)))
     } else {
-        Box::new(interrupts.iter().map(|row| (row.symbol, i32::from(row.number))))
+        Box::new(interrupts.iter().map(|row| (row.symbol.into(), row.number.into())))
     }
+}
+
+/// The names of a run of global parameters; the bank is not part of a name.
+fn global(row: &'static GlobalParameter) -> impl Iterator<Item = (Cow<'static, str>, i32)> {
+    let is_run = row.first != row.last;
+    (row.first..=row.last).map(move |number| {
+        let name = if is_run { format!("{}{number}", row.symbol).into() } else { row.symbol.into() };
+        (name, number.into())
+    })
 }
 
 /// Where an unknown name is known.

@@ -270,6 +270,8 @@ fn built_in_files_have_the_numbers_of_the_module() {
         assert_eq!(numbers(&with_files(text, &[], module, &KEEP)), format!("5 {speed} 0 1000"));
         assert_eq!(built_in("interrupts.inc", module).unwrap().matches('=').count(), interrupts, "{}", module.name);
     }
+    let text = "#include TMCLParam.tmc\nSGP GPSerialBaudRate, 0, 7\nGGP GPTickTimer, 0\nSGP GPUserVariable42, 2, 1\nSGP GPTimer1Period, 3, 5";
+    assert_eq!(commands(text), "9 65 0 7; 10 132 0 0; 9 42 2 1; 9 1 3 5");
     assert_eq!(commands("#include Interrupts.inc\nEI TI_TIMER0\nDI TI_GLOBAL"), "25 0 0 0; 26 255 0 0");
 }
 
@@ -304,7 +306,10 @@ fn every_built_in_file_assembles_and_names_every_parameter_and_interrupt() {
     for module in MODULES {
         for file in BUILT_IN {
             let assembly = with_files(format!("#include {file}").as_bytes(), &[], module, &KEEP);
-            let rows = if file == BUILT_IN[0] { module.axis_parameters.len() + 17 } else { module.interrupts.len() };
+            let globals =
+                module.global_parameters.iter().map(|row| usize::from(row.last - row.first) + 1).sum::<usize>();
+            let parameters = module.axis_parameters.len() + globals + 17;
+            let rows = if file == BUILT_IN[0] { parameters } else { module.interrupts.len() };
             assert_eq!(assembly.constants.len(), rows, "{file} for the {}", module.name);
         }
     }

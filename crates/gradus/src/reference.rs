@@ -68,7 +68,7 @@ fn axis(row: &AxisParameter) -> [String; 4] {
 fn global(row: &GlobalParameter) -> [String; 4] {
     let numbers = if row.first == row.last { row.first.to_string() } else { range(row.first.into(), row.last.into()) };
     let facts = facts(&range(row.min, row.max), "", row.default, row.access);
-    let name = format!("`{}`", normalise(row.name));
+    let name = format!("`{}`<br>`{}`", normalise(row.name), row.symbol);
     [format!("{}, {numbers}", row.bank), name, meaning(row.description, row.values), facts]
 }
 

@@ -199,6 +199,8 @@ pub struct GlobalParameter {
     pub last: u8,
     /// Name as in the manual.
     pub name: &'static str,
+    /// Name in assembly programs; in a run of parameters each has its number behind it.
+    pub symbol: &'static str,
     /// Smallest value.
     pub min: i64,
     /// Largest value.
@@ -258,6 +260,7 @@ pub(super) const fn global(
     first: u8,
     last: u8,
     name: &'static str,
+    symbol: &'static str,
     min: i64,
     max: i64,
     default: Option<i64>,
@@ -265,7 +268,7 @@ pub(super) const fn global(
     values: Values,
     description: &'static str,
 ) -> GlobalParameter {
-    GlobalParameter { id, bank, first, last, name, min, max, default, access, values, description }
+    GlobalParameter { id, bank, first, last, name, symbol, min, max, default, access, values, description }
 }
 
 pub(super) const fn one(value: i64, text: &'static str) -> Choice {
