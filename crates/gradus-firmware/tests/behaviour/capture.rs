@@ -111,6 +111,22 @@ fn samples_before_the_trigger_stand_in_front() {
 }
 
 #[test]
+fn samples_before_the_trigger_are_a_whole_number_of_every_channel() {
+    for (channels, asked, kept) in [(1, 3, 3), (2, 3, 2), (2, 4, 4), (2, 1, 0), (3, 5, 3)] {
+        let mut bench = variable_bench(12, asked);
+        for _ in 1..channels {
+            bench.set_capture(CaptureAction::SET_CHANNEL, CaptureSource::GLOBAL_PARAMETER.0, VARIABLE);
+        }
+        bench.set_capture(CaptureAction::ENABLE_TRIGGER, CaptureTrigger::RISING_SIGNED.0, 1000);
+        assert_eq!(bench.capture(CaptureAction::GET_PRETRIGGER, 0, 0), (100, kept), "{asked} of {channels} channels");
+        feed(&mut bench, 980..1020);
+        let samples: Vec<i32> =
+            (1000 - kept / channels..).flat_map(|value| vec![value; channels as usize]).take(12).collect();
+        assert_eq!(bench.captured(), samples, "{asked} of {channels} channels");
+    }
+}
+
+#[test]
 fn states_follow_the_capture() {
     let mut bench = variable_bench(3, 1);
     bench.set_capture(CaptureAction::ENABLE_TRIGGER, CaptureTrigger::FALLING_SIGNED.0, -1);

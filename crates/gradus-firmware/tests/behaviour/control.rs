@@ -1,6 +1,7 @@
 //! Control commands: program control, download, versions, restart (BEHAVIOUR 2 and 3).
 
 use gradus_firmware::{Link, LinkKind};
+use gradus_tmcl::catalogue::Ap;
 use gradus_tmcl::{Instruction, checksum};
 
 use crate::support::{Bench, instruction, lines};
@@ -527,6 +528,22 @@ fn factory_settings_and_restart_need_their_value() {
         assert_eq!((bench.global(68, 0), bench.variable(7)), (500, 70));
         assert_eq!(bench.power_cycle().global(68, 0), 500);
     }
+}
+
+#[test]
+fn restart_forgets_random_numbers_events_and_heartbeats() {
+    let numbers = |bench: &mut Bench| [(); 3].map(|()| bench.global(133, 0));
+    let fresh = numbers(&mut Bench::new());
+    let mut bench = Bench::set_up("SGP 133, 0, 5; SGP 68, 0, 100; SGP 77, 0, 1");
+    assert_ne!(numbers(&mut bench), fresh);
+    bench.download("ROR 0, 500; WAIT TICKS, 0, 200; MVP ABS, 0, 0; WAIT POS, 0, 0; STOP");
+    assert_eq!(bench.control(138, 1, 1).0, 100);
+    bench.control(RESTART, 0, 1234);
+    bench.advance_ms(1900);
+    assert_eq!(bench.peek(0, Ap::ActualSpeed), 500, "no command has come since, so no heartbeat is missed");
+    bench.advance_ms(20_000);
+    assert_eq!((bench.peek(0, Ap::ActualPosition), bench.drain().len()), (0, 0), "nobody has asked for the event");
+    assert_eq!(numbers(&mut bench), fresh);
 }
 
 #[test]

@@ -151,3 +151,29 @@ fn event_waits_until_a_stopped_motor_arrives() {
     bench.advance_ms(500);
     assert_eq!(bench.drain(), [event(1)]);
 }
+
+/// A client asks for the event of motor 0.
+fn ask(bench: &mut Bench, link: &mut Link) {
+    let ask = request(Instruction::new(Opcode::POSITION_EVENT, 1, 0, 1)).emit();
+    bench.module.receive(link, &ask);
+    assert!(bench.module.transmit(link).is_some_and(|reply| reply[2] == 100));
+}
+
+#[test]
+fn fifth_client_takes_the_place_of_the_one_that_asked_first() {
+    for (asks, heard) in [
+        (vec![0, 1, 2, 3], [true, true, true, true, false]),
+        (vec![0, 1, 2, 3, 4], [false, true, true, true, true]),
+        // Who asks again asked last.
+        (vec![0, 1, 2, 3, 0, 4], [true, false, true, true, true]),
+    ] {
+        let mut bench = Bench::fast();
+        let mut links: Vec<Link> = (10..15).map(|id| Link::new(id, LinkKind::Usb, 0)).collect();
+        asks.iter().for_each(|client| ask(&mut bench, &mut links[*client]));
+        bench.ask("MVP ABS, 0, 1000");
+        bench.advance_ms(1000);
+        let told: Vec<bool> =
+            links.iter_mut().map(|link| bench.module.transmit(link).is_some_and(|it| it == event(1))).collect();
+        assert_eq!(told, heard, "{asks:?}");
+    }
+}
