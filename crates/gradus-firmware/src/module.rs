@@ -129,6 +129,13 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.power_on();
     }
 
+    /// The reset to factory settings by the hardware, as with bridged pads at power-on (TMCM-3351 §5.1): what command 137 does, and
+    /// then a start. The way back when no interface reaches the module any more.
+    pub fn reset_to_factory(&mut self) {
+        self.restore_factory_settings();
+        self.restart();
+    }
+
     /// The hardware and the store, when the module is switched off.
     pub fn into_parts(self) -> (P, S) {
         (self.ports, self.eeprom.store)

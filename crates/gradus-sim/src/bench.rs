@@ -248,6 +248,16 @@ impl Bench {
         }
     }
 
+    /// The reset to factory settings by the hardware: the module is switched off, and on again with bridged pads. It starts without
+    /// any setting; a program stays, unless it is protected.
+    pub fn reset_to_factory(&mut self) {
+        self.power_off();
+        self.power_on();
+        if let Some(firmware) = self.running() {
+            firmware.reset_to_factory();
+        }
+    }
+
     /// The firmware while it has power and does not hang.
     #[inline]
     fn running(&mut self) -> Option<&mut Firmware> {

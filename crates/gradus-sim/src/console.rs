@@ -290,6 +290,12 @@ const COMMANDS: &[Command] = &[
         bench.hang(value[0] == 1.0);
     }),
     change("reset", &[], "starts the module anew", |bench, _| bench.reset()),
+    change(
+        "reset",
+        &[Operand::Word(&["factory"])],
+        "switches off, and on with the pads for factory settings bridged",
+        |bench, _| bench.reset_to_factory(),
+    ),
     Command { name: "show", operands: &[], help: "state of the machine", action: Action::Tell(show) },
     Command { name: "help", operands: &[], help: "this list", action: Action::Tell(|bench| help(bench.catalogue())) },
 ];

@@ -37,6 +37,11 @@ impl Firmware {
         }
     }
 
+    /// As [`Module::reset_to_factory`].
+    pub fn reset_to_factory(&mut self) {
+        either!(self, module => module.reset_to_factory());
+    }
+
     /// As [`Module::poll`].
     #[inline]
     pub fn poll(&mut self, now: u64) {

@@ -1,5 +1,6 @@
-use gradus_firmware::{AxisInputs, Io, Switches};
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_firmware::{AxisInputs, Io, LinkKind, Switches};
+use gradus_tmcl::catalogue::{TMCM_351, TMCM_1617, TMCM_3351};
+use gradus_tmcl::{Instruction, Reply, Request};
 
 use super::*;
 
@@ -166,4 +167,65 @@ outputs 0-7: 0 0 0 0 0 0 0 0
 analog 0: 512, 1: 0, 2: 0, 3: 0, 6: 0, 7: 0
 ";
     assert_eq!(execute("show", &mut bench).as_deref(), Ok(expected));
+}
+
+/// Status and value of the answer on an RS-485 line, if the module with this address answers.
+fn ask(bench: &mut Bench, address: u8, line: &str) -> Option<(u8, i32)> {
+    let mut link = bench.attach(LinkKind::Rs485, 0);
+    let instruction = Instruction::parse(line, bench.catalogue()).unwrap();
+    bench.send(&mut link, &Request { address, instruction }.emit());
+    let reply = Reply::parse(&bench.take(&mut link)?).unwrap();
+    Some((reply.status.0, reply.value))
+}
+
+#[test]
+fn module_that_cannot_be_reached_any_more_is_reset_by_its_hardware() {
+    for catalogue in [&TMCM_3351, &TMCM_351, &TMCM_1617] {
+        let mut bench = Bench::rigid(catalogue);
+        ask(&mut bench, 1, "SGP 7, 2, 70");
+        ask(&mut bench, 1, "STGP 7, 2");
+        ask(&mut bench, 1, "SGP 66, 0, 77");
+        for line in ["reset", "hang 1"] {
+            execute(line, &mut bench).unwrap();
+            assert_eq!(ask(&mut bench, 1, "GGP 66, 0"), None, "{}: {line} does not help", catalogue.name);
+        }
+        execute("reset factory", &mut bench).unwrap();
+        assert_eq!(ask(&mut bench, 1, "GGP 66, 0"), Some((100, 1)), "{}", catalogue.name);
+        assert_eq!(ask(&mut bench, 1, "GGP 7, 2"), Some((100, 0)), "{}", catalogue.name);
+        execute("power off", &mut bench).unwrap();
+        execute("reset factory", &mut bench).unwrap();
+        assert_eq!(ask(&mut bench, 1, "GGP 66, 0"), Some((100, 1)), "{}: it ends with the power on", catalogue.name);
+    }
+}
+
+#[test]
+fn reset_by_hardware_starts_no_program_and_shows_no_protected_one() {
+    for (protection, kept) in [(0, true), (1, false)] {
+        let mut bench = bench();
+        ask(&mut bench, 1, "DATA 132, 0, 0, 0");
+        for line in ["SIO 0, 2, 1", "JA 0", "DATA 133, 0, 0, 0", "SGP 77, 0, 1"] {
+            ask(&mut bench, 1, line);
+        }
+        ask(&mut bench, 1, &format!("SGP 81, 0, {protection}"));
+        execute("reset", &mut bench).unwrap();
+        bench.run_for(1000);
+        assert_eq!(ask(&mut bench, 1, "GGP 128, 0"), Some((100, 1)), "it starts by itself");
+        execute("reset factory", &mut bench).unwrap();
+        bench.run_for(1000);
+        assert_eq!(ask(&mut bench, 1, "GGP 128, 0"), Some((100, 0)));
+        ask(&mut bench, 1, "DATA 129, 1, 0, 0");
+        bench.run_for(1000);
+        assert_eq!(bench.machine().io.outputs() & 1 != 0, kept, "protection {protection}");
+    }
+}
+
+#[test]
+fn reset_by_hardware_is_an_event_of_a_bench() {
+    let mut bench = bench();
+    ask(&mut bench, 1, "SGP 66, 0, 77");
+    bench.schedule(5_000, Change::parse("reset factory", &TMCM_3351).unwrap());
+    bench.run_until(4_999);
+    assert_eq!(ask(&mut bench, 1, "GGP 66, 0"), None);
+    bench.run_until(5_000);
+    assert_eq!(ask(&mut bench, 1, "GGP 66, 0"), Some((100, 1)));
 }
