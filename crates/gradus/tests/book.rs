@@ -13,7 +13,9 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 #[test]
 fn commands_print_and_draw_what_the_book_says() {
     let folder = tempfile::tempdir().unwrap();
-    copy(&Path::new(ROOT).join("examples"), &folder.path().join("examples"));
+    for there in ["examples", "mistakes"] {
+        copy(&Path::new(ROOT).join(there), &folder.path().join(there));
+    }
     std::env::set_current_dir(folder.path()).unwrap();
     trycmd::TestCases::new().case(format!("{ROOT}/docs/src/*.md")).run();
     for drawn in files(folder.path(), "svg") {
@@ -29,6 +31,29 @@ fn parameter_references_are_those_of_the_catalogue() {
         let page = { gradus }.args(["params", "--markdown", "--module", &name]).output().unwrap().stdout;
         renew_or_compare(&source().join(format!("parameters-{name}.md")), &page);
     }
+}
+
+/// The page is made from `docs/manuals.csv`, whose files must be there.
+#[test]
+fn the_manuals_section_by_section() {
+    let mut table = csv::Reader::from_path(Path::new(ROOT).join("docs/manuals.csv")).unwrap();
+    let rows: Vec<[String; 6]> = table.deserialize().map(Result::unwrap).collect();
+    let mut page = include_str!("manuals-head.md").to_owned();
+    for module in gradus_tmcl::catalogue::MODULES {
+        page += &format!("\n## {}\n\n| section | what | state | code | tests |\n|---|---|---|---|---|\n", module.name);
+        for [_, section, title, state, code, tests] in rows.iter().filter(|row| row[0] == module.name) {
+            for file in [code, tests].into_iter().filter(|file| !file.is_empty()) {
+                assert!(Path::new(ROOT).join(file).exists(), "{title}: there is no {file}");
+            }
+            assert!(state == "not done" || !tests.is_empty(), "{title} has no test");
+            page += &format!("| {section} | {title} | {state} | {} | {} |\n", as_code(code), as_code(tests));
+        }
+    }
+    renew_or_compare(&source().join("manuals.md"), page.as_bytes());
+}
+
+fn as_code(file: &str) -> String {
+    if file.is_empty() { String::new() } else { format!("`{file}`") }
 }
 
 /// A file of the book that is made: with `TRYCMD=overwrite` it is written, else it must be as it would be written.
@@ -85,7 +110,7 @@ fn every_page_is_in_the_summary() {
 
 #[test]
 fn links_pictures_and_included_files_exist() {
-    for page in pages().chain([Path::new(ROOT).join("README.md")]) {
+    for page in pages().chain(["README.md", "examples/README.md"].map(|page| Path::new(ROOT).join(page))) {
         let text = fs::read_to_string(&page).unwrap();
         for target in targets(&text).filter(|target| !target.contains("://")) {
             let (file, anchor) = target.split_once('#').unwrap_or((target, ""));

@@ -158,6 +158,7 @@ fn examples_do_what_they_say() {
     let symbolic_ms = Ramp { speed: 50_000.0, up: 10_000.0, ..FACTORY }.ms(500_000.0);
     let one_way_ms = FACTORY.ms(10_000.0) + 500.0;
     let routine_ms = FACTORY.ms(1_000.0);
+    let side_ms = Ramp { speed: 100_000.0, up: 500_000.0, down: 500_000.0 }.ms(51_200.0);
 
     // Name; global parameter 131 at the end (status << 16 | address of the last command that failed); rows. A motor has arrived
     // when the program gives it its next target; 2 ms later it is less than a microstep on its way. Positions are rounded down.
@@ -319,6 +320,15 @@ fn examples_do_what_they_say() {
                 Reads(11_000.0, "GAP 1, 0", 6_499),
                 Reads(11_000.0, "DATA 129, 1, 0, 0", 0),
                 Reads(11_100.0, "GAP 0, 0", 1_000),
+            ],
+        ),
+        (
+            "square",
+            0,
+            &[
+                Turns(side_ms, "GAP 0, 1", 0, 51_200),
+                Turns(2.0 * side_ms, "GAP 0, 0", 51_200, 0),
+                Turns(4.0 * side_ms, "GAP 0, 0", 0, 51_200),
             ],
         ),
         (
