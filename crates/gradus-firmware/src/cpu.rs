@@ -86,7 +86,35 @@ pub(crate) struct Registers {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cpu {
     pub(crate) registers: Registers,
-    pub(crate) stack: Vec<u16, STACK>,
+    pub(crate) stack: Stack,
+}
+
+/// Where calls return to.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stack {
+    pub(crate) addresses: Vec<u16, STACK>,
+    /// Address of the latest call or return that was ignored, the stack being full or empty. The module itself does not look
+    /// at it; who debugs a program does.
+    pub(crate) fault: Option<u16>,
+}
+
+impl Stack {
+    /// A call at `pc`; false if the stack is full.
+    fn call(&mut self, pc: u16) -> bool {
+        let called = self.addresses.push(pc.wrapping_add(1)).is_ok();
+        if !called {
+            self.fault = Some(pc);
+        }
+        called
+    }
+
+    /// Where a return at `pc` leads.
+    fn leave(&mut self, pc: u16) -> u16 {
+        self.addresses.pop().unwrap_or_else(|| {
+            self.fault = Some(pc);
+            pc.wrapping_add(1)
+        })
+    }
 }
 
 /// Why [`Cpu::run`] came back.
@@ -134,7 +162,8 @@ impl Cpu {
 
     /// RST: stack, registers and flags as after a reset, going on at the address.
     pub(crate) fn restart(&mut self, target: i32) {
-        *self = Self { registers: Registers { pc: address(target), ..Registers::default() }, stack: Vec::new() };
+        let stack = Stack { fault: self.stack.fault, ..Stack::default() };
+        *self = Self { registers: Registers { pc: address(target), ..Registers::default() }, stack };
     }
 }
 
@@ -145,18 +174,18 @@ impl Registers {
         &mut self,
         instruction: &Instruction,
         variables: &mut Variables,
-        stack: &mut Vec<u16, STACK>,
+        stack: &mut Stack,
     ) -> Option<Result<(), Status>> {
         // No memory reaches so far that this wraps.
         let next = self.pc.wrapping_add(1);
         let taken = match instruction.opcode {
             Opcode::JC => self.flags.satisfy(instruction.kind),
             Opcode::JA => Ok(true),
-            Opcode::CSUB => Ok(stack.push(next).is_ok()),
-            Opcode::CALL => self.flags.satisfy(instruction.kind).map(|holds| holds && stack.push(next).is_ok()),
+            Opcode::CSUB => Ok(stack.call(self.pc)),
+            Opcode::CALL => self.flags.satisfy(instruction.kind).map(|holds| holds && stack.call(self.pc)),
             Opcode::DJNZ => Ok(decrement(variables, instruction.kind) != 0),
             Opcode::RSUB => {
-                self.pc = stack.pop().unwrap_or(next);
+                self.pc = stack.leave(self.pc);
                 return Some(Ok(()));
             }
             _ => self.compute(instruction, variables)?.map(|_| false),

@@ -139,6 +139,7 @@ impl Program {
     pub(crate) fn start(&mut self, state: State, now: u64) {
         if !self.is_running() {
             self.last_error = 0;
+            self.cpu.stack.fault = None;
         }
         self.state = state;
         self.pass_breakpoint = true;

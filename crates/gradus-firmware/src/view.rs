@@ -78,7 +78,7 @@ impl<'a> ProgramView<'a> {
 
     /// Returns the return addresses of CSUB and CALL, the innermost last; 8 at most.
     pub fn stack(&self) -> &'a [u16] {
-        &self.program.cpu.stack
+        &self.program.cpu.stack.addresses
     }
 
     /// Returns the WAIT that the program stands at.
@@ -117,6 +117,12 @@ impl<'a> ProgramView<'a> {
     pub fn last_error(&self) -> Option<(u8, u16)> {
         let error = self.program.last_error;
         (error != 0).then_some(((error >> 16) as u8, error as u16))
+    }
+
+    /// Returns the address of the latest call with a full stack, or return with an empty one, since the start. The module ignores
+    /// both.
+    pub fn stack_fault(&self) -> Option<u16> {
+        self.program.cpu.stack.fault
     }
 
     /// Returns program memory, whatever global parameter 81 hides from hosts.

@@ -251,11 +251,21 @@ impl Session {
         self.control(Opcode::APPLICATION_STATUS, X_REGISTER, 0)
     }
 
-    /// The latest failure inside the program since its start. `None` as well on a module that does not remember it.
+    /// Address of the latest call with a full stack, or return with an empty one, since the program's start: a module ignores
+    /// both, and only a virtual module of this process tells.
+    pub fn stack_fault(&mut self) -> Option<u16> {
+        self.bench()?.program()?.stack_fault()
+    }
+
+    /// The latest failure inside the program since its start. `None` as well on a real module that does not remember it.
     ///
     /// # Errors
     /// When the module refuses.
     pub fn program_error(&mut self) -> Result<Option<ProgramError>, Error> {
+        if let Some(program) = self.bench().and_then(|bench| bench.program()) {
+            let error = program.last_error();
+            return Ok(error.map(|(status, address)| ProgramError { status: Status(status), address }));
+        }
         match self.get_global(Gp::LastError, 0) {
             Ok(value) => Ok(ProgramError::from_value(value)),
             Err(Error::Name(_)) => Ok(None),

@@ -1,25 +1,27 @@
 //! Arguments that several subcommands have: the port and the module.
 
+use std::env;
 use std::fs::File;
+use std::io::{self, IsTerminal};
 use std::net::SocketAddr;
 use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::trace::{PcapngWriter, Sink};
-use gradus_host::{Line, Session, Terminal, Url};
+use gradus_host::{Line, Place, Session, Terminal, Url};
 use gradus_sim::{BenchFile, Eeprom};
 use gradus_tmcl::catalogue::{Module, TMCM_3351};
 
-use crate::complain;
+use crate::{complain, project};
 
 /// Where the module is.
 #[derive(clap::Args)]
 pub struct Port {
     /// Port of the module: sim:MODULE, tcp:HOST:PORT, serial:PATH?baud=9600 or a path, each with ?address=N; can:INTERFACE,
-    /// slcan:PATH, slcan:HOST:PORT, socketcand:HOST:PORT/BUS, each with ?id=N&reply=N. If left out, a virtual module of this
-    /// process: the one that --module names, or sim:tmcm-3351.
+    /// slcan:PATH, slcan:HOST:PORT, socketcand:HOST:PORT/BUS, each with ?id=N&reply=N. If left out, the one of GRADUS_PORT
+    /// or of a gradus.toml here or above, or a virtual module of this process.
     #[arg(long, value_name = "URL")]
     port: Option<Url>,
     /// Bench file: a virtual module with the machine it describes, instead of a port
@@ -61,26 +63,70 @@ impl Drop for Conversation {
     }
 }
 
+/// A port with the place that names it.
+struct Target {
+    url: Url,
+    origin: Origin,
+}
+
+/// What names a port.
+enum Origin {
+    /// The command line.
+    Flag,
+    /// Something else, in words: `GRADUS_PORT`, `../gradus.toml`.
+    Elsewhere(String),
+    /// Nothing: it is a virtual module of this process.
+    Nothing,
+}
+
+/// Name of the environment's port.
+const VARIABLE: &str = "GRADUS_PORT";
+
 impl Port {
     /// Opens it, or builds the bench.
     ///
     /// # Errors
     /// When it does not open, no module answers, or something is wrong with the bench file.
     pub fn open(&self) -> anyhow::Result<Conversation> {
-        self.open_for(&TMCM_3351)
+        self.open_target(&self.target(None)?)
     }
 
-    /// The same; where no port is given, a virtual module of that kind.
+    /// The same for a command that lets a module act by itself: a real one that the command line does not name is asked
+    /// about, unless `yes`. `what` is the command in words: `run home.tmc`. Where no port is given, a virtual module of that
+    /// kind.
     ///
     /// # Errors
-    /// As [`open`](Self::open).
-    pub fn open_for(&self, module: &'static Module) -> anyhow::Result<Conversation> {
-        Ok(Conversation { session: self.session(&self.url(module))?, verbose: self.verbose })
+    /// As [`open`](Self::open), and when the answer is no.
+    pub fn open_to_act(&self, module: Option<&'static Module>, yes: bool, what: &str) -> anyhow::Result<Conversation> {
+        let target = self.target(module)?;
+        if !yes {
+            target.ask(what)?;
+        }
+        self.open_target(&target)
     }
 
-    /// The port that was given, or a virtual module.
-    fn url(&self, module: &'static Module) -> Url {
-        self.port.clone().unwrap_or_else(|| Url::sim(module))
+    fn open_target(&self, target: &Target) -> anyhow::Result<Conversation> {
+        target.announce();
+        Ok(Conversation { session: self.session(&target.url)?, verbose: self.verbose })
+    }
+
+    /// The command line, the environment, `gradus.toml`, a virtual module: the first that there is.
+    fn target(&self, module: Option<&'static Module>) -> anyhow::Result<Target> {
+        if self.bench.is_some() {
+            return Ok(Target { url: Url::sim(&TMCM_3351), origin: Origin::Flag }); // the bench says which module it has
+        }
+        if let Some(url) = &self.port {
+            return Ok(Target { url: url.clone(), origin: Origin::Flag });
+        }
+        if let Some(text) = env::var(VARIABLE).ok().filter(|text| !text.is_empty()) {
+            return Ok(Target { url: text.parse().context(VARIABLE)?, origin: Origin::Elsewhere(VARIABLE.into()) });
+        }
+        let project = project::near(Path::new(""))?;
+        let module = module.or(project::module(&project)).unwrap_or(&TMCM_3351);
+        Ok(match project.port {
+            Some(url) => Target { url, origin: Origin::Elsewhere(project.file.display().to_string()) },
+            None => Target { url: Url::sim(module), origin: Origin::Nothing },
+        })
     }
 
     /// Opens it for command lines, or builds the bench.
@@ -88,7 +134,11 @@ impl Port {
     /// # Errors
     /// When it does not open, or something is wrong with the bench file.
     pub fn terminal(&self) -> anyhow::Result<Terminal> {
-        let Some(file) = &self.bench else { return Ok(Terminal::open(&self.url(&TMCM_3351))?) };
+        let Some(file) = &self.bench else {
+            let target = self.target(None)?;
+            target.announce();
+            return Ok(Terminal::open(&target.url)?);
+        };
         let file = BenchFile::read(file)?;
         let memory = Eeprom::of(file.module);
         Ok(Terminal::on_bench(file.build(memory)))
@@ -113,6 +163,35 @@ impl Port {
             line.trace(recorder(file)?);
         }
         Ok(())
+    }
+}
+
+impl Target {
+    /// Says on the standard error output which port it is, where the command line does not.
+    fn announce(&self) {
+        match &self.origin {
+            Origin::Flag => {}
+            Origin::Elsewhere(origin) => complain(format_args!("(port {} from {origin})", self.url)),
+            Origin::Nothing => complain(format_args!("(virtual {})", self.url.to_string().trim_start_matches("sim:"))),
+        }
+    }
+
+    /// Asks whether a real module that the command line does not name shall act.
+    fn ask(&self, what: &str) -> anyhow::Result<()> {
+        let (Origin::Elsewhere(origin), false) = (&self.origin, matches!(self.url.place, Place::Sim(_))) else {
+            return Ok(());
+        };
+        let url = &self.url;
+        if !io::stdin().is_terminal() {
+            bail!(
+                "{origin} names the port {url}, not the command line; --yes lets this {what} there, --port names a port"
+            );
+        }
+        complain(format_args!("{what} on {url} (from {origin})? [y/N]"));
+        let mut answer = String::new();
+        io::stdin().read_line(&mut answer)?;
+        let yes = ["y", "yes"].iter().any(|yes| answer.trim().eq_ignore_ascii_case(yes));
+        if yes { Ok(()) } else { bail!("nothing was sent") }
     }
 }
 

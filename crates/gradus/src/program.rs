@@ -1,15 +1,21 @@
 //! Programs from files: source texts are assembled, `.bin` files are read as they are.
 
 use std::fs;
-use std::io::{self, IsTerminal};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
-use gradus_asm::{Assembly, Options, Problem, Source, Style, assemble, from_bin, render};
-use gradus_tmcl::catalogue::Module;
-use gradus_tmcl::{Instruction, Opcode};
+use anyhow::{Context, anyhow, bail};
+use gradus_asm::{Assembly, Options, Problem, Source, Style, assemble, from_bin, module_of, render};
+use gradus_lab::Project;
+use gradus_tmcl::Instruction;
+use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
 
-use crate::complain;
+use crate::{complain, port, project, terminal};
+
+/// The name that stands for standard input and output.
+pub const STANDARD: &str = "-";
+/// What messages call the standard input.
+const STANDARD_INPUT: &str = "<stdin>";
 
 /// A program and, if there is one, the text it was made from.
 pub struct Program {
@@ -19,56 +25,117 @@ pub struct Program {
 }
 
 impl Program {
-    /// Reads a `.bin` file, or assembles a source file.
-    ///
-    /// # Errors
-    /// When the file cannot be read or has errors; they are printed before.
-    pub fn load(file: &Path, module: &'static Module, options: &Options) -> anyhow::Result<Self> {
-        if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bin")) {
-            return Ok(Self { commands: read_bin(file)?, assembly: None });
+    /// File and line of the command at an address, `home.tmc:12`; its address where there is no text.
+    pub fn place(&self, address: usize) -> String {
+        self.line(address).map_or_else(|| format!("address {address}"), |(place, _)| place)
+    }
+
+    /// The same with the command: `home.tmc:12: WAIT POS, 0, 0`.
+    pub fn place_and_text(&self, address: usize, module: &Module) -> String {
+        let command = || self.commands.get(address).map(|command| command.display(module).to_string());
+        match self.line(address) {
+            Some((place, text)) => format!("{place}: {text}"),
+            None => command().map_or_else(|| self.place(address), |text| format!("{}: {text}", self.place(address))),
         }
-        let assembly = assemble_file(file, module, options)?;
-        Ok(Self { commands: assembly.program.clone(), assembly: Some(assembly) })
     }
 
-    /// The address at which the program stopped, by the program counter: a STOP lies before the counter.
-    pub fn stopped_at(&self, counter: i32) -> i32 {
-        let before = counter.checked_sub(1).and_then(|address| usize::try_from(address).ok());
-        let is_stop = before.and_then(|address| self.commands.get(address)).is_some_and(|it| it.opcode == Opcode::STOP);
-        if is_stop { counter - 1 } else { counter }
+    /// True for the STOP that the assembler put behind the last line.
+    pub fn is_appended(&self, address: usize) -> bool {
+        self.assembly.as_ref().is_some_and(|assembly| address >= assembly.commands.len())
     }
 
-    /// File, line and text of the command at an address, if the source is known.
-    pub fn place(&self, address: u16) -> Option<String> {
+    fn line(&self, address: usize) -> Option<(String, String)> {
         let assembly = self.assembly.as_ref()?;
-        let span = assembly.commands.get(usize::from(address))?.line;
+        let span = assembly.commands.get(address)?.span();
         let source = assembly.sources.get(span.source)?;
         let (line, _) = source.position(span.start);
-        Some(format!("{}:{line}: {}", source.path.display(), source.slice(span).trim()))
+        Some((format!("{}:{line}", source.path.display()), source.slice(span).trim().into()))
     }
 }
 
-/// Reads a `.bin` file.
-///
-/// # Errors
-/// When it cannot be read or is not one.
-pub fn read_bin(file: &Path) -> anyhow::Result<Vec<Instruction>> {
-    let bytes = read(file)?;
-    from_bin(&bytes).with_context(|| format!("{} is no program file", file.display()))
+/// The file of a program with what its folder says.
+pub struct ProgramFile {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    project: Project,
 }
 
-/// Assembles a file and prints its problems.
-///
-/// # Errors
-/// When the file cannot be read or has errors.
-pub fn assemble_file(file: &Path, module: &'static Module, options: &Options) -> anyhow::Result<Assembly> {
-    let text = read(file)?;
-    let assembly = assemble(file, &text, module, options, &|path: &Path| fs::read(path));
-    print_problems(&assembly.problems, &assembly.sources);
-    match assembly.problems.iter().filter(|problem| problem.is_error()).count() {
-        0 => Ok(assembly),
-        1 => bail!("{} has an error", file.display()),
-        count => bail!("{} has {count} errors", file.display()),
+impl ProgramFile {
+    /// Reads a file, or the standard input for `-`.
+    ///
+    /// # Errors
+    /// When it cannot be read, or the folder's `gradus.toml` has mistakes.
+    pub fn read(file: &Path) -> anyhow::Result<Self> {
+        let is_standard = file == Path::new(STANDARD);
+        let path = if is_standard { STANDARD_INPUT.into() } else { file.to_path_buf() };
+        let project = project::near(path.parent().unwrap_or(Path::new("")))?;
+        Ok(Self { bytes: read(file)?, path, project })
+    }
+
+    /// The module that the program is for, as its first lines or the folder's `gradus.toml` say.
+    ///
+    /// # Errors
+    /// When the first lines name a module that there is not.
+    pub fn module(&self) -> anyhow::Result<Option<&'static Module>> {
+        let text = String::from_utf8_lossy(if self.is_bin() { &[] } else { &self.bytes });
+        let Some(name) = module_of(&text) else { return Ok(project::module(&self.project)) };
+        let module = Module::named(name).ok_or_else(|| {
+            let names: Vec<String> = MODULES.iter().map(|module| module.name.to_lowercase()).collect();
+            anyhow!("{}: there is no module `{name}`, only {}", self.path.display(), names.join(", "))
+        });
+        module.map(Some)
+    }
+
+    /// The program: a `.bin` file as it is, a source text assembled.
+    ///
+    /// # Errors
+    /// When it has errors, which are printed before, or no command.
+    pub fn program(&self, module: &'static Module, surroundings: &Surroundings) -> anyhow::Result<Program> {
+        if !self.is_bin() {
+            let assembly = self.assembly(module, surroundings.options(&self.project))?;
+            return Ok(Program { commands: assembly.program.clone(), assembly: Some(assembly) });
+        }
+        let commands = self.commands()?;
+        if commands.is_empty() { Err(self.empty()) } else { Ok(Program { commands, assembly: None }) }
+    }
+
+    /// The commands of a `.bin` file.
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn commands(&self) -> anyhow::Result<Vec<Instruction>> {
+        from_bin(&self.bytes).with_context(|| format!("{} is no program file", self.path.display()))
+    }
+
+    /// The assembled text; its problems are printed.
+    ///
+    /// # Errors
+    /// When it has errors, or no command.
+    pub fn assemble(&self, surroundings: &Surroundings, no_stop: bool) -> anyhow::Result<(&'static Module, Assembly)> {
+        let module = surroundings.module.map_or_else(|| self.module(), |module| Ok(Some(module)))?;
+        let module = module.unwrap_or(&TMCM_3351);
+        let options = Options { no_stop, ..surroundings.options(&self.project) };
+        Ok((module, self.assembly(module, options)?))
+    }
+
+    fn assembly(&self, module: &'static Module, options: Options) -> anyhow::Result<Assembly> {
+        let assembly = assemble(&self.path, &self.bytes, module, &options, &|path: &Path| fs::read(path));
+        print_problems(&assembly.problems, &assembly.sources);
+        let file = self.path.display();
+        match assembly.problems.iter().filter(|problem| problem.is_error()).count() {
+            0 if assembly.commands.is_empty() => Err(self.empty()),
+            0 => Ok(assembly),
+            1 => bail!("{file} has an error"),
+            count => bail!("{file} has {count} errors"),
+        }
+    }
+
+    fn empty(&self) -> anyhow::Error {
+        anyhow!("{} has no command", self.path.display())
+    }
+
+    fn is_bin(&self) -> bool {
+        self.path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("bin"))
     }
 }
 
@@ -77,7 +144,7 @@ const MOST_PRINTED: usize = 50;
 
 /// Prints problems for people, errors first where there are too many to print all.
 pub fn print_problems(problems: &[Problem], sources: &[Source]) {
-    let style = if io::stderr().is_terminal() { Style::Colored } else { Style::Plain };
+    let style = if terminal::colored_messages() { Style::Colored } else { Style::Plain };
     let mut printed: Vec<&Problem> = problems.iter().collect();
     if printed.len() > MOST_PRINTED {
         printed.sort_by_key(|problem| !problem.is_error());
@@ -91,25 +158,42 @@ pub fn print_problems(problems: &[Problem], sources: &[Source]) {
     }
 }
 
-fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
-    fs::read(file).with_context(|| format!("cannot read {}", file.display()))
+/// Reads a file, or the standard input for `-`.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
+    if file != Path::new(STANDARD) {
+        return fs::read(file).with_context(|| format!("cannot read {}", file.display()));
+    }
+    let mut bytes = Vec::new();
+    io::stdin().read_to_end(&mut bytes).context("cannot read the standard input")?;
+    Ok(bytes)
 }
 
 /// What the assembler needs besides the source file.
 #[derive(clap::Args)]
 pub struct Surroundings {
-    /// Folder to look in for included files, after the folder of the including file; may be given several times.
+    /// Module the program is for; if left out the one of a line `// gradus: module NAME` in its first lines, or of gradus.toml,
+    /// or tmcm-3351
+    #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
+    pub module: Option<&'static Module>,
+    /// Folder to look in for included files, after the folder of the including file; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
     folders: Vec<PathBuf>,
-    /// Define a constant, as the line NAME = VALUE would; may be given several times.
+    /// Define a constant, as the line NAME = VALUE would; may be given several times
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<String>,
 }
 
 impl Surroundings {
-    /// The assembler's options with these folders and constants.
-    pub fn options(&self) -> Options {
-        Options { include_dirs: self.folders.clone(), constants: self.constants.clone(), ..Options::default() }
+    /// The assembler's options with these folders and constants, and those of a project.
+    fn options(&self, project: &Project) -> Options {
+        let include_dirs = self.folders.iter().chain(&project.include).cloned().collect();
+        let name = |line: &String| line.split_once('=').map_or(String::new(), |(name, _)| name.trim().to_lowercase());
+        let given: Vec<String> = self.constants.iter().map(name).collect();
+        let theirs = project.defines.iter().filter(|line| !given.contains(&name(line)));
+        Options { include_dirs, constants: theirs.chain(&self.constants).cloned().collect(), ..Options::default() }
     }
 }
 
@@ -126,7 +210,7 @@ fn constant(text: &str) -> Result<String, &'static str> {
 
 #[cfg(test)]
 mod tests {
-    use super::constant;
+    use super::*;
 
     #[test]
     fn a_constant_is_a_name_and_a_value() {

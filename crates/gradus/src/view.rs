@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::recording::{Probe, Sample};
 use crate::signal::Channel;
+use crate::terminal;
 
 /// Narrowest column of numbers: the longest is -2147483648.
 const WIDTH: usize = 12;
@@ -41,7 +42,7 @@ impl View {
     /// When the output has gone.
     pub fn show(&mut self, probe: &Probe, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Table(bar) => bar.set_message(as_table(probe, sample)),
+            Self::Table(bar) => bar.set_message(fitted(&as_table(probe, sample), terminal::width())),
             Self::Lines { every, last } if last.is_some_and(|last| sample.time < last + *every) => {}
             Self::Lines { last, .. } => show_line(probe, sample, last, out)?,
         }
@@ -54,7 +55,7 @@ impl View {
     /// When the output has gone.
     pub fn finish(&mut self, probe: &Probe, sample: &Sample, out: &mut dyn Write) -> io::Result<()> {
         match self {
-            Self::Table(bar) => bar.finish_with_message(as_table(probe, sample)),
+            Self::Table(bar) => bar.finish_with_message(fitted(&as_table(probe, sample), terminal::width())),
             Self::Lines { last, .. } if *last == Some(sample.time) => {} // shown already
             Self::Lines { last, .. } => show_line(probe, sample, last, out)?,
         }
@@ -81,6 +82,12 @@ fn as_table(probe: &Probe, sample: &Sample) -> String {
     table
 }
 
+/// Lines that a narrow terminal shows as they are: one that it would break in two is cut, so that drawing over them works.
+fn fitted(table: &str, width: Option<usize>) -> String {
+    let line = |line: &str| line.chars().take(width.unwrap_or(usize::MAX)).collect::<String>();
+    table.lines().map(line).collect::<Vec<_>>().join("\n")
+}
+
 fn heading(probe: &Probe) -> String {
     let column = |(axis, channel): (u8, &Channel)| format!("{:>1$}", title(axis, channel), width(axis, channel));
     format!("{:>10}", "time") + &probe.columns().map(column).collect::<String>()
@@ -105,4 +112,15 @@ fn width(axis: u8, channel: &Channel) -> usize {
 /// A value as people read it; a dash where there is none.
 fn text(channel: &Channel, value: f64) -> String {
     if value.is_nan() { "-".into() } else { format!("{value:.0$}", channel.decimals()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fitted;
+
+    #[test]
+    fn a_line_is_cut_at_the_width_of_the_terminal() {
+        assert_eq!(fitted("axis  speed\n   0     12", Some(6)), "axis  \n   0  ");
+        assert_eq!(fitted("axis\n0", None), "axis\n0");
+    }
 }

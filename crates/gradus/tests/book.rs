@@ -156,3 +156,13 @@ fn name(heading: &str) -> String {
     let kept = heading.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
     kept.map(|c| if c == ' ' { '-' } else { c.to_ascii_lowercase() }).collect()
 }
+
+#[test]
+fn the_keys_of_gradus_toml_are_those_of_the_schema() {
+    let page = fs::read_to_string(source().join("command-line.md")).unwrap();
+    for gradus_lab::Key { table, name, takes, about, .. } in gradus_lab::KEYS {
+        let path = if table.is_empty() { (*name).to_owned() } else { format!("{table}.{name}") };
+        let row = format!("| `{path}` | {takes} | {about} |");
+        assert!(page.contains(&row), "command-line.md lacks: {row}");
+    }
+}

@@ -231,7 +231,7 @@ fn a_program_runs_over_tcp_until_ctrl_c_stops_it() {
     assert!(lines.any(|line| line.split_whitespace().nth(2).is_some_and(|speed| speed != "0")), "the axis moves");
     kill(&run, "INT");
     lines.for_each(drop);
-    assert_eq!(run.wait().unwrap().code(), Some(1));
+    assert_eq!(run.wait().unwrap().code(), Some(130));
 
     let mut session = sim.session(0);
     assert_eq!(session.get_global(Gp::ApplicationStatus, 0).unwrap(), 0);

@@ -4,12 +4,11 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
-use gradus_asm::{listing, symbols, to_bin};
-use gradus_tmcl::catalogue::{MODULES, Module};
+use anyhow::{Context, bail};
+use gradus_asm::{Assembly, listing, symbols, to_bin};
 
-use crate::port;
-use crate::program::{Surroundings, assemble_file};
+use crate::complain;
+use crate::program::{ProgramFile, STANDARD, Surroundings};
 
 /// Assemble a program
 ///
@@ -21,16 +20,14 @@ Examples:
   gradus asm two-positions.tmc                  writes two-positions.bin
   gradus asm main.tmc -o main.bin -I include    with a folder of included files
   gradus asm main.tmc -D Speed=1000             with a constant from outside
-  gradus asm main.tmc --listing                 shows address and bytes of each line")]
+  gradus asm main.tmc --listing                 shows address and bytes of each line
+  gradus asm - -o main.bin < main.tmc           from the standard input; -o - writes to the standard output")]
 pub struct Asm {
-    /// Source file
+    /// Source file; - is the standard input
     file: PathBuf,
-    /// File to write; FILE.bin beside the source file if left out
+    /// File to write; FILE.bin beside the source file if left out; - is the standard output
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
-    /// Module the program is for
-    #[arg(long, value_parser = port::module(MODULES), ignore_case = true, default_value = "tmcm-3351")]
-    module: &'static Module,
     #[command(flatten)]
     surroundings: Surroundings,
     /// Write the labels, one `label address` a line
@@ -46,19 +43,47 @@ pub struct Asm {
 
 impl Asm {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let options = gradus_asm::Options { no_stop: self.no_stop, ..self.surroundings.options() };
-        let assembly = assemble_file(&self.file, self.module, &options)?;
-        let output = self.output.unwrap_or_else(|| self.file.with_extension("bin"));
-        write(&output, &to_bin(&assembly.program))?;
+        let (module, assembly) = ProgramFile::read(&self.file)?.assemble(&self.surroundings, self.no_stop)?;
+        let output = self.output();
+        for file in [Some(&output), self.symbols.as_ref()].into_iter().flatten() {
+            refuse_source(file, &assembly)?;
+        }
+        let bytes = to_bin(&assembly.program);
+        if output == Path::new(STANDARD) {
+            out.write_all(&bytes)?;
+        } else {
+            write(&output, &bytes)?;
+        }
         if let Some(file) = &self.symbols {
             write(file, symbols(&assembly).as_bytes())?;
         }
         if self.listing {
             write!(out, "{}", listing(&assembly))?;
         }
-        let (used, room) = (assembly.program.len(), self.module.program_len);
-        Ok(writeln!(out, "{}: {used} of {room} commands", output.display())?)
+        let size = format!("{}: {} of {} commands", output.display(), assembly.program.len(), module.program_len);
+        if output == Path::new(STANDARD) {
+            complain(format_args!("{size}"));
+            return Ok(());
+        }
+        Ok(writeln!(out, "{size}")?)
     }
+
+    fn output(&self) -> PathBuf {
+        let beside = || {
+            if self.file == Path::new(STANDARD) { STANDARD.into() } else { self.file.with_extension("bin") }
+        };
+        self.output.clone().unwrap_or_else(beside)
+    }
+}
+
+/// A program is never written over its own text.
+fn refuse_source(output: &Path, assembly: &Assembly) -> anyhow::Result<()> {
+    let Ok(file) = fs::canonicalize(output) else { return Ok(()) };
+    let files = assembly.sources.iter().filter(|source| !source.built_in);
+    if { files }.any(|source| fs::canonicalize(&source.path).is_ok_and(|source| source == file)) {
+        bail!("{} is a source file of this program; name another file", output.display());
+    }
+    Ok(())
 }
 
 fn write(file: &Path, bytes: &[u8]) -> anyhow::Result<()> {

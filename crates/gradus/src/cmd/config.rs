@@ -34,7 +34,7 @@ enum Action {
     ///
     /// In a file that exists the values are renewed; its comments and its order stay. Without a file the configuration is printed.
     Dump {
-        #[command(flatten)]
+        #[command(flatten, next_help_heading = "Connection")]
         port: Port,
         /// File to write
         #[arg(value_name = "FILE.toml", conflicts_with = "as_program")]
@@ -45,7 +45,7 @@ enum Action {
     },
     /// Show what differs between a module and a file, or between a module and its defaults
     Diff {
-        #[command(flatten)]
+        #[command(flatten, next_help_heading = "Connection")]
         port: Port,
         /// File to compare with; the defaults if left out
         #[arg(value_name = "FILE.toml")]
@@ -56,7 +56,7 @@ enum Action {
     /// Each value is read back and compared. Addresses, identifiers and bit rates come last. Nothing is written if the file is for another
     /// kind of module or has a mistake.
     Apply {
-        #[command(flatten)]
+        #[command(flatten, next_help_heading = "Connection")]
         port: Port,
         /// The configuration
         #[arg(value_name = "FILE.toml")]
@@ -72,7 +72,7 @@ enum Action {
     ///
     /// Exit status: 0 when it is, 1 when something differs or the module cannot be read.
     Verify {
-        #[command(flatten)]
+        #[command(flatten, next_help_heading = "Connection")]
         port: Port,
         /// The configuration
         #[arg(value_name = "FILE.toml")]

@@ -31,7 +31,7 @@ Examples:
   gradus cmd --port /dev/ttyACM0 'DATA 136, 1, 0, 0'
   gradus cmd --ascii --port sim:tmcm-351 'MVP REL, 0, 1000' 'GAP 0, 0'")]
 pub struct Direct {
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     /// Speak in command lines of the ASCII interface instead of datagrams
     #[arg(long, conflicts_with_all = ["verbose", "trace"])]

@@ -24,7 +24,7 @@ Examples:
   gradus get --bank 2 5                   user variable 5
   gradus get --all --port /dev/ttyACM0")]
 pub struct Get {
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     #[command(flatten)]
     place: Place,

@@ -49,6 +49,14 @@ pub enum Command {
 }
 
 impl Command {
+    /// False for a command that deals with signals by itself, and keeps to those that its starter ignores.
+    pub fn ends_on_signals(&self) -> bool {
+        #[cfg(unix)]
+        return !matches!(self, Self::Sim(_));
+        #[cfg(not(unix))]
+        true
+    }
+
     /// Does it, and prints to `out`.
     ///
     /// # Errors

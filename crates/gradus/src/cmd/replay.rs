@@ -29,7 +29,7 @@ pub struct Replay {
     /// Recorded file
     #[arg(value_name = "FILE.pcapng")]
     file: PathBuf,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     /// Send each request as soon as the one before is answered
     #[arg(long)]

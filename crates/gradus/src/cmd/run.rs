@@ -1,72 +1,62 @@
 //! `gradus run`
 
-use std::io::{self, IsTerminal, Write};
-use std::ops::Range;
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use anyhow::bail;
-use clap::builder::{PathBufValueParser, TypedValueParser};
-use gradus_host::{Session, State};
+use gradus_host::{RestartWatch, Session, State};
 use gradus_tmcl::Instruction;
-use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
+use gradus_tmcl::catalogue::Module;
+use serde_json::{Value, json};
 
-use crate::output::{Output, plot_file, record_file};
-use crate::port::{self, Port};
-use crate::program::{Program, Surroundings};
-use crate::progress::{interruption, progress};
-use crate::recording::{Probe, Recording, Sample};
-use crate::signal::Channel;
-use crate::view::View;
+use crate::axes::{Axes, Moving};
+use crate::ending::{End, Refusals, stop_at, stopped, underway};
+use crate::exit::{Exit, REFUSED, TIME_UP};
+use crate::interruption::{interrupted, interruption};
+use crate::json::Json;
+use crate::port::{Conversation, Port};
+use crate::program::{Program, ProgramFile, Surroundings};
+use crate::progress::progress;
+use crate::watch::{Showing, Watch};
 use crate::{complain, signal, span};
 
 /// Run a program and watch the axes
 ///
 /// Assembles the program, or takes a .bin file as it is, downloads it, reads it back and compares, resets the module's
 /// interpreter, runs it, and shows position and speed of the axes, or other signals, until the program stops or the time is
-/// up.
+/// up. Then it says how and where the program ended, which commands the module refused, and which motors still move.
 ///
 /// On a virtual module of this process (sim:) time is virtual: an hour of motion takes seconds.
 ///
 /// When the time is up, on Ctrl-C, and when nobody reads the output any more, the program and all motors are stopped. When the
 /// program stops by itself, motors that it left running go on.
-///
-/// Exit status: 0 when the program stopped by itself or the time was up, 1 on errors and on Ctrl-C. An instruction of the program
-/// that the module refused is shown as a warning.
 #[derive(clap::Args)]
 #[command(after_long_help = after_help())]
 pub struct Run {
-    /// Source file or .bin file
+    /// Source file or .bin file; - is the standard input
     file: PathBuf,
-    #[command(flatten)]
-    port: Port,
-    /// Module the program is for; the one at the port if left out, a virtual one of that kind where no port is given
-    #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
-    module: Option<&'static Module>,
     #[command(flatten)]
     surroundings: Surroundings,
     /// Time to run: 500ms, 60s, 2m, 1h; until the program stops if left out
     #[arg(long = "for", value_name = "DURATION", value_parser = span::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
-    /// Time between two lines where the output is no terminal
-    #[arg(long, value_name = "DURATION", value_parser = span::parse, default_value = "1s")]
-    every: Duration,
-    /// Signals to show, draw and record, see below
-    #[arg(long, value_name = "NAME,...", value_delimiter = ',', default_value = "position,speed")]
-    signals: Vec<String>,
-    /// Axes to show, draw and record; all of them if left out
-    #[arg(long, value_name = "N,...", value_delimiter = ',')]
-    axes: Vec<u8>,
-    /// Time between two samples; a real module is asked as often as its line allows
-    #[arg(long, value_name = "DURATION", value_parser = span::parse_period, default_value = "10ms")]
-    sample: Duration,
-    /// Draw the signals over time as a picture, or write them as a table; may be given several times
-    #[arg(long, value_name = "FILE.svg|FILE.csv", value_parser = PathBufValueParser::new().try_map(plot_file))]
-    plot: Vec<PathBuf>,
-    /// Record the signals for Foxglove, one topic an axis
-    #[arg(long, value_name = "FILE.mcap", value_parser = PathBufValueParser::new().try_map(record_file))]
-    record: Option<PathBuf>,
+    /// Watch on behind the program's end until the axes stand [default: on a virtual module]
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    follow: Option<bool>,
+    /// Exit with status 4 if the program has not stopped when the time is up
+    #[arg(long, requires = "time")]
+    must_stop: bool,
+    #[command(flatten)]
+    showing: Showing,
+    #[command(flatten)]
+    json: Json,
+    /// Do not ask whether to run on a real module that GRADUS_PORT or gradus.toml names
+    #[arg(long)]
+    yes: bool,
+    #[command(flatten, next_help_heading = "Connection")]
+    port: Port,
 }
 
 fn after_help() -> String {
@@ -79,64 +69,94 @@ Examples:
   gradus run two-positions.tmc --for 60s
   gradus run two-positions.tmc --for 60s --plot two-positions.svg
   gradus run home.tmc --signals position,deviation,shaft --plot home.csv --record home.mcap
-  gradus run main.bin --port /dev/ttyACM0",
+  gradus run main.bin --port /dev/ttyACM0
+
+Exit status:
+  0    the program stopped by itself, or the time of --for was up, and the module refused nothing
+  1    something failed: a wrong program, a port that does not open, a module that restarts
+  2    the command line was wrong
+  3    the module refused a command of the program, or the program had a fault
+  4    the time was up and --must-stop was given
+  130  Ctrl-C",
         signal::list()
     )
 }
 
-/// Why watching ended.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum End {
-    Stopped,
-    TimeUp,
-    Interrupted,
-}
-
 impl Run {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let interrupted = interruption()?;
-        let mut session = self.port.open_for(self.module.unwrap_or(&TMCM_3351))?;
+        let interruption = interruption();
+        let file = ProgramFile::read(&self.file)?;
+        let wanted = self.surroundings.module.map_or_else(|| file.module(), |module| Ok(Some(module)))?;
+        let mut session = self.port.open_to_act(wanted, self.yes, &format!("run {}", self.file.display()))?;
         let module = session.module()?;
-        if let Some(wanted) = self.module.filter(|wanted| wanted.name != module.name) {
+        if let Some(wanted) = wanted.filter(|wanted| wanted.name != module.name) {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
         }
-        let probe = self.probe(&mut session)?;
-        let outputs =
-            self.plot.iter().chain(&self.record).map(|file| Output::create(file)).collect::<Result<Vec<_>, _>>()?;
-        let program = Program::load(&self.file, module, &self.surroundings.options())?;
+        let mut watch = self.showing.prepare(&mut session)?;
+        let program = file.program(module, &self.surroundings)?;
         load(&mut session, &program.commands)?;
         session.reset()?;
+        let mut observer = self.observer(&mut session, &program)?;
         session.run()?;
-
-        let zones = probe.zones(&mut session);
-        let recording = Recording { probe, zones, samples: Vec::new() };
-        let mut watch = Watch::new(&session, &self, recording, !outputs.is_empty());
-        let end = watch.until_the_end(&mut session, &interrupted, out).inspect_err(|_| {
+        watch.start(&mut session);
+        let seen = observer.watch(&mut session, &mut watch, &interruption, &mut self.lines(out)).inspect_err(|_| {
             // Nobody watches any more. The error in hand tells more than one that follows from it.
             let _ = stop(&mut session);
         });
-        for output in outputs {
-            output.write(&watch.recording)?;
-        }
-        let end = end?;
-        report(&mut session, &program, end, watch.last, out)?;
-        if end == End::Interrupted { bail!("interrupted; program and motors are stopped") } else { Ok(()) }
+        watch.write()?;
+        self.report(&mut session, &observer, &Ended { program, module, time: watch.latest().time, end: seen? }, out)
     }
 
-    /// What to look at.
-    fn probe(&self, session: &mut Session) -> anyhow::Result<Probe> {
-        let module = session.module()?;
-        let axes = if self.axes.is_empty() { (0..module.axes).collect() } else { self.axes.clone() };
-        if let Some(axis) = axes.iter().find(|axis| **axis >= module.axes) {
-            bail!("the {} has no axis {axis}, only {}", module.name, names(0..module.axes));
-        }
-        let channels = self.signals.iter().map(|name| Channel::find(name, session)).collect::<Result<_, _>>()?;
-        Ok(Probe { channels, axes })
+    fn observer(&self, session: &mut Conversation, program: &Program) -> Result<Observer, gradus_host::Error> {
+        let blind = program.commands.iter().any(|command| RestartWatch::is_blinded_by(*command));
+        let restarts = if blind { None } else { Some(RestartWatch::new(session)?) };
+        let follow = self.follow.unwrap_or_else(|| session.bench().is_some());
+        Ok(Observer { limit: self.time, follow, restarts, ..Observer::default() })
     }
-}
 
-fn names(axes: Range<u8>) -> String {
-    axes.map(|axis| axis.to_string()).collect::<Vec<_>>().join(", ")
+    /// Where lines for people go: nowhere if the output is for JSON alone.
+    fn lines<'a>(&self, out: &'a mut dyn Write) -> Box<dyn Write + 'a> {
+        if self.json.is_alone() { Box::new(std::io::sink()) } else { Box::new(out) }
+    }
+
+    /// Says how it ended; stops what still runs.
+    fn report(
+        &self,
+        session: &mut Session,
+        observer: &Observer,
+        ended: &Ended,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<()> {
+        if ended.end != End::Stopped {
+            stop(session)?;
+        }
+        let still: &[Moving] = if ended.end == End::Stopped { &observer.axes.moving } else { &[] };
+        let how = ended.how(observer);
+        let mut lines = self.lines(out);
+        if ended.end != End::Interrupted {
+            writeln!(lines, "after {:.3} s {how}", observer.at.time.as_secs_f64())?;
+        }
+        still.iter().try_for_each(|moving| writeln!(lines, "{moving}"))?;
+        drop(lines);
+        for line in observer.refusals.lines(&ended.program, ended.module) {
+            complain(format_args!("{line}"));
+        }
+        self.json.write(&ended.json(observer, &how, still), out)?;
+        self.verdict(observer, ended.end)
+    }
+
+    /// The exit status.
+    fn verdict(&self, observer: &Observer, end: End) -> anyhow::Result<()> {
+        match end {
+            End::Interrupted => Err(interrupted("interrupted; program and motors are stopped")),
+            End::Restarted => bail!("the module restarted while the program ran; check its supply"),
+            _ if !observer.refusals.is_empty() => Err(Exit::with(REFUSED, "")),
+            End::TimeUp if self.must_stop => {
+                Err(Exit::with(TIME_UP, "the time is up, and the program has not stopped"))
+            }
+            End::Stopped | End::TimeUp => Ok(()),
+        }
+    }
 }
 
 /// Writes a program into the module and reads it back.
@@ -148,98 +168,126 @@ fn load(session: &mut Session, commands: &[Instruction]) -> Result<(), gradus_ho
     session.verify(commands, |count| bar.set_position(count as u64))
 }
 
-/// Looks at a running program.
-struct Watch {
-    start: Duration,
-    time: Option<Duration>,
-    period: Duration,
-    view: View,
-    keep: bool,
-    /// Holds all samples, if they are kept.
-    recording: Recording,
-    /// When the last one was taken.
-    last: Duration,
-}
-
-impl Watch {
-    fn new(session: &Session, run: &Run, recording: Recording, keep: bool) -> Self {
-        let view = View::new(io::stdout().is_terminal(), run.every);
-        let (start, last) = (session.now(), Duration::ZERO);
-        Self { start, time: run.time, period: run.sample, view, keep, recording, last }
-    }
-
-    fn until_the_end(
-        &mut self,
-        session: &mut Session,
-        interrupted: &AtomicBool,
-        out: &mut dyn Write,
-    ) -> anyhow::Result<End> {
-        loop {
-            let state = session.application_status()?.state;
-            let sample = self.recording.probe.take(session, self.start)?;
-            self.last = sample.time;
-            let end = self.end(state, sample.time, interrupted);
-            self.show(sample, end, out)?;
-            if let Some(end) = end {
-                return Ok(end);
-            }
-            let next = self.time.map_or(self.last + self.period, |limit| limit.min(self.last + self.period));
-            session.sleep((self.start + next).saturating_sub(session.now()));
-        }
-    }
-
-    fn show(&mut self, sample: Sample, end: Option<End>, out: &mut dyn Write) -> io::Result<()> {
-        match end {
-            None => self.view.show(&self.recording.probe, &sample, out)?,
-            Some(_) => self.view.finish(&self.recording.probe, &sample, out)?,
-        }
-        if self.keep {
-            self.recording.samples.push(sample);
-        }
-        Ok(())
-    }
-
-    fn end(&self, state: State, time: Duration, interrupted: &AtomicBool) -> Option<End> {
-        if interrupted.load(Ordering::Relaxed) {
-            Some(End::Interrupted)
-        } else if state != State::Running {
-            Some(End::Stopped)
-        } else {
-            self.time.is_some_and(|limit| time >= limit).then_some(End::TimeUp)
-        }
-    }
-}
-
 /// Stops the program and all motors.
 fn stop(session: &mut Session) -> Result<(), gradus_host::Error> {
     session.stop()?;
     session.stop_motors()
 }
 
-fn report(
-    session: &mut Session,
-    program: &Program,
-    end: End,
+/// Where the program was at the end.
+#[derive(Clone, Copy, Default)]
+struct At {
     time: Duration,
-    out: &mut dyn Write,
-) -> anyhow::Result<()> {
-    let at = session.program_counter()?;
-    let seconds = time.as_secs_f64();
-    if end != End::Stopped {
-        stop(session)?;
-    }
-    match end {
-        End::Stopped => {
-            let at = program.stopped_at(at);
-            writeln!(out, "the program stopped at address {at} after {seconds:.3} s")?;
+    counter: usize,
+    waits: bool,
+}
+
+/// Looks at a running program.
+#[derive(Default)]
+struct Observer {
+    limit: Option<Duration>,
+    /// Looks on behind the end of the program until the axes stand.
+    follow: bool,
+    restarts: Option<RestartWatch>,
+    refusals: Refusals,
+    axes: Axes,
+    at: At,
+}
+
+impl Observer {
+    fn watch(
+        &mut self,
+        session: &mut Session,
+        watch: &mut Watch,
+        interruption: &AtomicBool,
+        out: &mut dyn Write,
+    ) -> anyhow::Result<End> {
+        let mut stopped = false;
+        loop {
+            let time = watch.look(session)?;
+            if !stopped {
+                stopped = self.look_at_program(session, time)?;
+            }
+            if stopped {
+                self.axes.look(session)?;
+            }
+            let end = self.end(session, stopped, time, interruption)?;
+            watch.show(end.is_some(), out)?;
+            match end {
+                Some(end) => return Ok(end),
+                None => watch.wait(session, self.limit),
+            }
         }
-        End::TimeUp => writeln!(out, "time is up after {seconds:.3} s; the program was at address {at}")?,
-        End::Interrupted => {}
     }
-    if let Some(error) = session.program_error()? {
-        let place = program.place(error.address).map(|place| format!(", {place}")).unwrap_or_default();
-        let (address, status) = (error.address, error.status.text());
-        complain(format_args!("warning: the module refused the command at address {address}{place}: {status}"));
+
+    /// True when the program no longer runs.
+    fn look_at_program(&mut self, session: &mut Session, time: Duration) -> Result<bool, gradus_host::Error> {
+        let status = session.application_status()?;
+        let counter = usize::try_from(session.program_counter()?).unwrap_or_default();
+        self.refusals.look(session)?;
+        self.at = At { time, counter, waits: status.waiting };
+        Ok(status.state != State::Running)
     }
-    Ok(())
+
+    fn end(
+        &mut self,
+        session: &mut Session,
+        stopped: bool,
+        time: Duration,
+        interruption: &AtomicBool,
+    ) -> Result<Option<End>, gradus_host::Error> {
+        let restarted = self.restarts.as_mut().map(|watch| watch.look(session)).transpose()?.unwrap_or_default();
+        let is_up = self.limit.is_some_and(|limit| time >= limit);
+        let settled = !self.follow || self.axes.is_steady || is_up;
+        Ok(if interruption.load(Ordering::Relaxed) {
+            Some(End::Interrupted)
+        } else if restarted {
+            Some(End::Restarted)
+        } else if stopped {
+            settled.then_some(End::Stopped)
+        } else {
+            is_up.then_some(End::TimeUp)
+        })
+    }
+}
+
+/// A run that is over.
+struct Ended {
+    program: Program,
+    module: &'static Module,
+    /// Of the last sample.
+    time: Duration,
+    end: End,
+}
+
+impl Ended {
+    fn how(&self, observer: &Observer) -> String {
+        let (program, module) = (&self.program, self.module);
+        match self.end {
+            End::Stopped => format!("the program {}", stopped(observer.at.counter, program, module)),
+            End::TimeUp => {
+                format!("time is up; {}", underway(observer.at.counter, observer.at.waits, program, module))
+            }
+            End::Interrupted => "interrupted".into(),
+            End::Restarted => "the module restarted".into(),
+        }
+    }
+
+    fn json(&self, observer: &Observer, how: &str, still: &[Moving]) -> Vec<(&'static str, Value)> {
+        let (at, program) = (observer.at, &self.program);
+        let stop = if self.end == End::Stopped { stop_at(at.counter, program) } else { None };
+        let address = stop.unwrap_or(at.counter);
+        let moving = |it: &Moving| json!({ "axis": it.axis, "target": it.target, "speed": it.speed });
+        vec![
+            ("module", json!(self.module.name)),
+            ("end", json!(self.end.name())),
+            ("how", json!(how)),
+            ("seconds", json!(at.time.as_secs_f64())),
+            ("watched_seconds", json!(self.time.as_secs_f64())),
+            ("address", json!(address)),
+            ("place", json!(program.place(address))),
+            ("refused", observer.refusals.json(program, self.module)),
+            ("moving", still.iter().map(moving).collect()),
+        ]
+    }
 }

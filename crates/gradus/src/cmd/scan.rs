@@ -11,8 +11,9 @@ use gradus_host::{Error, Url};
 use indicatif::ProgressBar;
 
 use crate::complain;
+use crate::interruption::interruption;
 use crate::listed::table;
-use crate::progress::{interruption, progress};
+use crate::progress::progress;
 
 /// Find modules
 ///
@@ -49,7 +50,7 @@ fn range(text: &str) -> Result<RangeInclusive<u16>, String> {
 
 impl Scan {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let interrupted = interruption()?;
+        let interrupted = interruption();
         let ports = if self.all { ports() } else { self.ports };
         if ports.is_empty() {
             bail!("this computer has no serial port and no CAN interface");

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use gradus_host::{Broker, Line, MOST_CLIENTS, Place, Rights, Url};
 
-use crate::progress::interruption;
+use crate::interruption::end_of_service;
 use crate::{complain, port};
 
 /// Share a line between several programs
@@ -72,7 +72,7 @@ impl Serve {
             line.trace(port::recorder(file)?);
         }
         let listener = TcpListener::bind(self.tcp).with_context(|| format!("cannot listen on {}", self.tcp))?;
-        let stop = interruption()?;
+        let stop = end_of_service();
         let rights = Rights { whole_bus: self.bus, read_only: self.read_only };
         if !self.bus {
             let mut session = line.session(self.port.address);

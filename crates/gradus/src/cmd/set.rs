@@ -17,7 +17,7 @@ Examples:
   gradus set --port /dev/ttyACM0 --axis 1 target_speed -5000
   gradus set --port /dev/ttyACM0 user_variable_5 42")]
 pub struct Set {
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     #[command(flatten)]
     place: Place,

@@ -19,7 +19,7 @@ Examples:
   gradus stats --port /dev/ttyACM0
   gradus stats --port 'can:can0?id=1&reply=2' --count 10000")]
 pub struct Stats {
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     /// Number of requests
     #[arg(long, value_name = "N", default_value_t = 1000)]

@@ -11,7 +11,7 @@ use gradus_host::Url;
 use gradus_host::trace::{Decoder, Record, Sniffer, read_pcapng};
 use gradus_tmcl::catalogue::{MODULES, Module};
 
-use crate::progress::interruption;
+use crate::interruption::{interrupted, interruption};
 use crate::{port, span};
 
 /// Show the traffic of a line in words
@@ -63,11 +63,11 @@ impl Trace {
     }
 
     fn listen(&self, url: &Url, decoder: &mut Decoder, out: &mut dyn Write) -> anyhow::Result<()> {
-        let interrupted = interruption()?;
+        let interruption = interruption();
         let mut line = Sniffer::open(url)?;
         let mut recorder = self.write.as_deref().map(port::recorder).transpose()?;
         let start = Instant::now();
-        while !interrupted.load(Ordering::Relaxed) && self.time.is_none_or(|time| start.elapsed() < time) {
+        while !interruption.load(Ordering::Relaxed) && self.time.is_none_or(|time| start.elapsed() < time) {
             let Some(record) = line.listen(GLANCE).with_context(|| url.to_string())? else { continue };
             if let Some(recorder) = &mut recorder {
                 recorder(&record);
@@ -75,7 +75,7 @@ impl Trace {
             writeln!(out, "{}", decoder.line(&record))?;
             out.flush()?;
         }
-        Ok(())
+        if interruption.load(Ordering::Relaxed) { Err(interrupted("")) } else { Ok(()) }
     }
 }
 

@@ -29,7 +29,7 @@ Examples:
 pub struct Tune {
     /// Whose target is changed
     regulator: Which,
-    #[command(flatten)]
+    #[command(flatten, next_help_heading = "Connection")]
     port: Port,
     /// Axis
     #[arg(long, value_name = "N", default_value_t = 0)]
