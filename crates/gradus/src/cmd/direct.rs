@@ -1,13 +1,14 @@
 //! `gradus cmd`
 
-use std::io::Write;
+use std::io::{self, Write};
+use std::path::Path;
 
 use anyhow::{Context, bail};
-use gradus_asm::{Source, assemble_line};
+use gradus_asm::{Options, Problem, Source, assemble, assemble_line};
 use gradus_host::{Error, Session, Terminal};
 use gradus_tmcl::ascii::Reply;
-use gradus_tmcl::catalogue::Module;
-use gradus_tmcl::{Instruction, Opcode, Status};
+use gradus_tmcl::catalogue::{EncodeError, Module};
+use gradus_tmcl::{Instruction, Opcode, ParseError, Status};
 
 use crate::port::Port;
 use crate::program::print_problems;
@@ -96,8 +97,7 @@ fn refusal(status: Status, reason: String) -> String {
 fn parse(commands: &[String], module: &'static Module) -> anyhow::Result<Vec<Instruction>> {
     let mut instructions = Vec::new();
     for text in commands {
-        let plain = Instruction::parse(text, module);
-        match plain.or_else(|_| assemble_line(text, module)) {
+        match read(text, module) {
             Ok(instruction) => instructions.push(instruction),
             Err(problems) => print_problems(&problems, &[Source::new("command", text.as_bytes())]),
         }
@@ -105,6 +105,21 @@ fn parse(commands: &[String], module: &'static Module) -> anyhow::Result<Vec<Ins
     match commands.len() - instructions.len() {
         0 => Ok(instructions),
         _ => bail!("nothing was sent"),
+    }
+}
+
+/// Reads a command. A value that 32 bits cannot hold would arrive as another one, and is a problem here; one that the module
+/// does not take is refused by the module itself.
+fn read(text: &str, module: &'static Module) -> Result<Instruction, Vec<Problem>> {
+    match Instruction::parse(text, module) {
+        Ok(instruction) => Ok(instruction),
+        Err(ParseError::Encode(EncodeError::Range { .. })) => {
+            let nothing = |_: &Path| Err(io::ErrorKind::NotFound.into());
+            let options = Options { no_stop: true, ..Options::default() };
+            let problems = assemble("command", text.as_bytes(), module, &options, &nothing).problems;
+            if problems.iter().any(Problem::is_error) { Err(problems) } else { assemble_line(text, module) }
+        }
+        Err(_) => assemble_line(text, module),
     }
 }
 
