@@ -19,7 +19,7 @@ use crate::closed_loop::ClosedLoop;
 use crate::encoder::Encoder;
 use crate::ports::{AxisInputs, StepperStage, Switches};
 use crate::program::NEVER;
-use crate::reference_search::ReferenceSearch;
+use crate::reference_search::{ReferenceSearch, SearchFailure};
 use crate::settings::{Derived, Settings};
 use crate::speed::Speeds;
 
@@ -60,6 +60,8 @@ pub(crate) struct Axis {
     /// Microsteps that the motor was to go, wrapping.
     pub(crate) travel: i32,
     pub(crate) search: Option<ReferenceSearch>,
+    /// Why the latest search has failed, until the next motion command.
+    pub(crate) search_failure: Option<SearchFailure>,
     /// A move to a target has been started and its end has not been reported; no stop ends it.
     pub(crate) underway: bool,
     /// A stop switch or a virtual stop holds the ramp; it goes on when the way is free.
@@ -89,6 +91,7 @@ impl Axis {
             speeds: Speeds::default(),
             travel: 0,
             search: None,
+            search_failure: None,
             underway: false,
             held: false,
             powered: true,
@@ -332,7 +335,7 @@ impl Axis {
         self.underway = false;
         self.held = false;
         self.part = Part::None;
-        self.abandon_search();
+        self.abandon_search(SearchFailure::Stopped);
         self.end_torque();
         self.ramp.hard_stop();
     }
@@ -363,6 +366,7 @@ impl Axis {
         self.held = false;
         self.part = Part::None;
         self.search = None;
+        self.search_failure = None;
         self.end_torque();
         Ok(())
     }

@@ -38,6 +38,7 @@ mod ports;
 mod program;
 mod protection;
 mod reference_search;
+mod search_modes;
 mod servo;
 mod servo_encoder;
 mod servo_parameters;
@@ -61,6 +62,7 @@ pub use ports::{
     StealthChop, StepperStage, Store, Supply, Switches,
 };
 pub use program::State as ProgramState;
+pub use reference_search::SearchFailure;
 pub use servo::Servo;
 pub use steppers::Steppers;
 pub use view::{FlagView, InterruptedView, ProgramView, Register, RegisterView, WaitView};

@@ -6,7 +6,8 @@ use gradus_tmcl::catalogue::{Ap, MotionChip};
 use crate::axes::Events;
 use crate::axis::{Axis, Part};
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
-use crate::reference_search::{Pace, Reference, ReferenceSearch, Sight, Step, Way};
+use crate::reference_search::{Reference, ReferenceSearch, SearchFailure, Sight, Step};
+use crate::search_modes::{Pace, Way};
 use crate::settings::Stop;
 
 /// Bits of axis parameter 207.
@@ -189,9 +190,9 @@ impl Axis {
             Step::Stop => self.hold(self.derived.switch_stop),
             Step::Move(position) => self.ramp.move_to(position),
             Step::Found(reference) => self.take_reference(reference, port),
-            Step::Fail => {
+            Step::Fail(failure) => {
                 self.hold(self.derived.switch_stop);
-                self.abandon_search();
+                self.abandon_search(failure);
             }
         }
     }
@@ -220,8 +221,9 @@ impl Axis {
     }
 
     /// Ends a search that has not found its switch.
-    pub(crate) fn abandon_search(&mut self) {
+    pub(crate) fn abandon_search(&mut self, failure: SearchFailure) {
         if self.search.take().is_some() {
+            self.search_failure = Some(failure);
             self.errors |= self.error_bits().search;
         }
     }

@@ -173,6 +173,38 @@ fn bouncing_switches_are_found() {
 }
 
 #[test]
+fn shaft_that_rings_over_an_edge_for_long_finds_the_middle() {
+    // The switch flickers for 40 ms after each change, as it does when a hard stop lets a motor ring.
+    for (mode, zero) in [(3, LEFT), (4, LEFT), (67, RIGHT), (68, RIGHT), (7, HOME), (8, HOME)] {
+        let start = if mode == 8 { RIGHT_OF_HOME } else { LEFT_OF_HOME };
+        let mut bench = search(Slide { start, bounce: 400, ..slide(WIDE) }, mode, HARD_STOP);
+        assert_found(&mut bench, zero, &format!("mode {mode}"));
+    }
+}
+
+#[test]
+fn shaft_that_comes_to_rest_outside_of_the_switch_goes_back_in() {
+    for (mode, zero, shift) in [(1, LEFT + WIDE, -20), (4, LEFT, -20), (65, RIGHT - WIDE, 20), (68, RIGHT, 20)] {
+        let mut bench = bench(Slide { start: HOME, ..slide(WIDE) }, mode);
+        bench.all(HARD_STOP);
+        bench.ask("RFS START, 0");
+        while bench.ask("RFS STATUS, 0") < 2 {
+            bench.advance_ms(1);
+        }
+        let slide = bench.slide(0);
+        (slide.left, slide.right) = (around(LEFT + shift, WIDE), around(RIGHT + shift, WIDE));
+        bench.finish();
+        assert_found(&mut bench, zero + shift, &format!("mode {mode}"));
+    }
+}
+
+#[test]
+fn switch_that_never_comes_to_rest_fails() {
+    let mut bench = search(Slide { start: HOME, bounce: u32::MAX, ..slide(WIDE) }, 4, HARD_STOP);
+    assert_eq!((bench.get(207), bench.get(3)), (NOT_FOUND, 0));
+}
+
+#[test]
 fn speeds_and_directions_of_the_legs_are_those_of_the_parameters() {
     for (mode, start, rough, exact) in
         [(1, HOME, -51_200, 5_120), (65, HOME, 51_200, -5_120), (7, LEFT, 51_200, -5_120), (8, RIGHT, -51_200, 5_120)]
