@@ -88,6 +88,11 @@ pub trait Axes<P> {
     /// Levels of the switch inputs.
     fn switches(&mut self, index: usize, ports: &mut P) -> Switches;
 
+    /// The switches in their places, true where one is active.
+    fn active_switches(&mut self, index: usize, ports: &mut P) -> Switches {
+        self.switches(index, ports)
+    }
+
     /// Position reached.
     fn is_reached(&self, index: usize) -> bool;
 

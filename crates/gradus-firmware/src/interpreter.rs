@@ -183,7 +183,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     fn holds(&mut self, wait: &Wait) -> bool {
-        let switches = self.axes.switches(wait.axis, &mut self.ports);
+        let switches = self.axes.active_switches(wait.axis, &mut self.ports);
         match wait.condition {
             WaitFor::POS => self.axes.is_reached(wait.axis),
             WaitFor::REFSW => switches.home,

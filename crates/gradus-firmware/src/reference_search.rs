@@ -11,8 +11,8 @@
 //!   100 ms. A hard stop lets a motor ring over the edge, and an edge that the ringing makes is not one of the leg. A shaft that
 //!   does not settle within 5 s makes the search fail.
 //! - If it has settled outside of the switch within a full step of where the rough leg ended, it first goes slowly back in.
-//! - Stop functions (axis parameters 12 and 13) rest during a search, but their polarity counts. A switch that they do not
-//!   enable is active high, as is the home switch unless 128 is added.
+//! - Stop functions (axis parameters 12 and 13) rest during a search, but their polarity counts, whether they are enabled or not: a
+//!   switch is active at the level that was set last, high if none was. The home switch is active high unless 128 is added.
 //! - A rough leg that reaches an end switch stops as that stop switch would stop it (axis parameters 34 and 21); all other
 //!   legs brake with the ramp.
 //! - Modes 1 to 4 look at one end switch at a time; 7 and 8 at none. Modes 5 and 6 turn round once, at the end switch ahead
@@ -60,7 +60,7 @@ pub(crate) struct Sight {
     pub(crate) encoder: Option<i32>,
     /// The motor stands.
     pub(crate) standing: bool,
-    /// The end switches are true when active; `home` is the level.
+    /// True when active.
     pub(crate) switches: Switches,
 }
 
@@ -256,8 +256,7 @@ impl ReferenceSearch {
     }
 
     /// One control tick.
-    pub(crate) fn tick(&mut self, mut sight: Sight) -> Step {
-        sight.switches.home = sight.switches.home == self.course.home_level;
+    pub(crate) fn tick(&mut self, sight: Sight) -> Step {
         match self.state {
             State::Resting(_) if !sight.standing => Step::Continue,
             State::Resting(rest) => self.rest(rest, sight),

@@ -120,8 +120,11 @@ pub(crate) struct Course {
     pub(crate) mirrored: bool,
     /// The rough leg turns round at an end switch.
     pub(crate) reverses: bool,
-    /// Level of the home switch when it is active.
-    pub(crate) home_level: bool,
+}
+
+/// Level of the home switch when it is active, in the mode of axis parameter 193.
+pub(crate) fn home_level(mode: i32) -> bool {
+    mode & INVERTED == 0
 }
 
 impl Course {
@@ -129,12 +132,7 @@ impl Course {
     pub(crate) fn of(mode: i32) -> Option<Self> {
         let number = mode & !(EXCHANGED | INVERTED);
         let row = MODES.get(usize::try_from(number.checked_sub(1)?).ok()?)?;
-        Some(Self {
-            legs: row.legs,
-            mirrored: row.mirrored != (mode & EXCHANGED != 0),
-            reverses: row.reverses,
-            home_level: mode & INVERTED == 0,
-        })
+        Some(Self { legs: row.legs, mirrored: row.mirrored != (mode & EXCHANGED != 0), reverses: row.reverses })
     }
 }
 

@@ -1,8 +1,14 @@
 //! Axis parameters: what the user has set, and what a tick needs of it.
+//!
+//! Where the manual is silent: axis parameters 12 and 13 belong to the input that they name. If 33 lets the inputs change
+//! places, the right one stops motion to the left with its own enable and level (as `invert_stop_direction` of the TMC4361A does).
+//! A value of 0 switches the stop function off and says nothing of the level: that of the latest 1 or 3 holds on for
+//! reference searches and WAIT, a high one at first.
 
 use gradus_motion::{Gains, Limits, Profile};
 use gradus_tmcl::catalogue::{Ap, Module, MotionChip};
 
+use crate::search_modes;
 use crate::speed::LowPass;
 
 /// Values of axis parameters, by meaning.
@@ -11,6 +17,8 @@ pub(crate) struct Settings {
     /// Decides what some of them mean.
     pub(crate) chip: MotionChip,
     values: [i32; Ap::COUNT],
+    /// The levels at which the left and the right stop switch are active.
+    stop_levels: [bool; 2],
 }
 
 impl Settings {
@@ -21,7 +29,7 @@ impl Settings {
         for row in catalogue.axis_parameters {
             values[row.id as usize] = row.default.unwrap_or(0) as i32;
         }
-        Self { chip: catalogue.chip, values }
+        Self { chip: catalogue.chip, values, stop_levels: [true; 2] }
     }
 
     #[inline]
@@ -36,6 +44,19 @@ impl Settings {
 
     pub(crate) fn set(&mut self, id: Ap, value: i32) {
         self.values[id as usize] = value;
+        match id {
+            Ap::LeftSwitchEnable => self.set_stop_level(0, value),
+            Ap::RightSwitchEnable => self.set_stop_level(1, value),
+            _ => {}
+        }
+    }
+
+    fn set_stop_level(&mut self, switch: usize, value: i32) {
+        const ENABLED: i32 = 1;
+        const ACTIVE_HIGH: i32 = 2;
+        if value & ENABLED != 0 {
+            self.stop_levels[switch] = value & ACTIVE_HIGH != 0;
+        }
     }
 }
 
@@ -104,14 +125,20 @@ impl Settings {
         }
     }
 
-    /// The left and the right stop switch (axis parameters 13 and 12).
+    /// What stops motion to the left and to the right (axis parameters 13, 12 and 33).
     fn stop_switches(&self) -> [StopSwitch; 2] {
-        match self.chip {
-            MotionChip::Tmc428 => {
-                [Ap::LeftSwitchDisable, Ap::RightSwitchDisable].map(|id| StopSwitch::active_high(self.get(id) == 0))
-            }
-            _ => [Ap::LeftSwitchEnable, Ap::RightSwitchEnable].map(|id| StopSwitch::new(self.get(id))),
-        }
+        let [left, right] = match self.chip {
+            MotionChip::Tmc428 => [Ap::LeftSwitchDisable, Ap::RightSwitchDisable].map(|id| self.get(id) == 0),
+            _ => [Ap::LeftSwitchEnable, Ap::RightSwitchEnable].map(|id| self.get(id) != 0),
+        };
+        let [left_level, right_level] = self.stop_levels;
+        let left = StopSwitch { enabled: left, active_high: left_level };
+        let right = StopSwitch { enabled: right, active_high: right_level };
+        if self.swaps() { [right, left] } else { [left, right] }
+    }
+
+    fn swaps(&self) -> bool {
+        self.get(Ap::SwapSwitches) != 0
     }
 
     pub(crate) fn derive(&self) -> Derived {
@@ -127,7 +154,8 @@ impl Settings {
             power_down_us: u64::from(self.unsigned(Ap::PowerDownDelay)) * 10_000,
             stop_right,
             stop_left,
-            swapped: get(Ap::SwapSwitches) != 0,
+            swapped: self.swaps(),
+            home_level: search_modes::home_level(self.search_mode()),
             switch_stop: self.switch_stop(),
             virtual_left: (get(Ap::VirtualStopEnable) & 1 != 0).then(|| get(Ap::VirtualStopLeft)),
             virtual_right: (get(Ap::VirtualStopEnable) & 2 != 0).then(|| get(Ap::VirtualStopRight)),
@@ -179,6 +207,8 @@ pub(crate) struct Derived {
     pub(crate) stop_left: StopSwitch,
     /// The stop switch inputs are exchanged.
     pub(crate) swapped: bool,
+    /// The level of an active home switch (axis parameter 193).
+    pub(crate) home_level: bool,
     /// How a stop switch stops (axis parameter 34).
     pub(crate) switch_stop: Stop,
     /// Virtual stops, where they are enabled (axis parameters 26 to 29).
@@ -205,7 +235,7 @@ pub(crate) struct Derived {
     pub(crate) freewheeling_us: Option<u64>,
 }
 
-/// A stop switch as axis parameters 12 and 13 describe it.
+/// A stop switch.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct StopSwitch {
     enabled: bool,
@@ -221,21 +251,13 @@ impl Derived {
 }
 
 impl StopSwitch {
-    fn new(setting: i32) -> Self {
-        Self { enabled: setting & 1 != 0, active_high: setting & 2 != 0 }
-    }
-
-    fn active_high(enabled: bool) -> Self {
-        Self { enabled, active_high: true }
-    }
-
     /// True if the switch stops the motor.
     pub(crate) fn blocks(self, level: bool) -> bool {
-        self.enabled && level == self.active_high
+        self.enabled && self.is_active(level)
     }
 
-    /// As a reference search sees it: without a setting it is active high.
+    /// As reference searches and WAIT see it, whether it stops the motor or not.
     pub(crate) fn is_active(self, level: bool) -> bool {
-        level == (self.active_high || !self.enabled)
+        level == self.active_high
     }
 }

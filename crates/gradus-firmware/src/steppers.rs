@@ -135,6 +135,13 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
         }
     }
 
+    fn active_switches(&mut self, index: usize, ports: &mut P) -> Switches {
+        match self.axes.get(index) {
+            Some(axis) => axis.active_switches(axis.switches(ports.axis(index))),
+            None => Switches::default(),
+        }
+    }
+
     #[inline]
     fn is_reached(&self, index: usize) -> bool {
         self.axes.get(index).is_some_and(Axis::is_reached)

@@ -73,6 +73,17 @@ impl Axis {
         }
     }
 
+    /// The switches in their places, true where one is active. The home switch is as reference searches take it (axis parameter
+    /// 193).
+    pub(crate) fn active_switches(&self, levels: Switches) -> Switches {
+        let Switches { left, right, home } = self.swapped(levels);
+        Switches {
+            left: self.derived.stop_left.is_active(left),
+            right: self.derived.stop_right.is_active(right),
+            home: home == self.derived.home_level,
+        }
+    }
+
     /// Which way the motor turns, or would turn if nothing held it.
     fn heading(&self) -> i32 {
         match self.ramp.speed().signum() {
@@ -176,9 +187,7 @@ impl Axis {
 
     /// One tick of a search, in place of the stop switches.
     pub(crate) fn tick_search<A: AxisInputs>(&mut self, levels: Switches, port: &mut A) {
-        let Switches { left, right, home } = self.swapped(levels);
-        let (left, right) = (self.derived.stop_left.is_active(left), self.derived.stop_right.is_active(right));
-        let switches = Switches { left, right, home };
+        let switches = self.active_switches(levels);
         let encoder = self.encoder.position(port.encoder());
         let encoder = self.encoder.is_there().then_some(encoder);
         let Some(search) = &mut self.search else { return };

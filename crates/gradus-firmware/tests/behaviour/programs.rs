@@ -1,5 +1,7 @@
 //! The program interpreter: every instruction, flags, stack, WAIT, errors (BEHAVIOUR 4).
 
+use gradus_firmware::Switches;
+
 use crate::support::{Bench, Machine, Memory, lines, run};
 
 /// Time of an instruction and of a tick of WAIT.
@@ -491,6 +493,31 @@ fn wait_for_a_switch_ends_at_its_level() {
         bench.advance_us(50);
         bench.advance_us(50);
         assert_eq!(bench.variable(1), i32::from(ends), "WAIT {wait}");
+    }
+}
+
+#[test]
+fn wait_for_a_normally_closed_switch_ends_when_it_opens() {
+    let open: [fn(&mut Bench); 3] = [
+        |bench| bench.stage(1).switches.left = false,
+        |bench| bench.stage(1).switches.right = false,
+        |bench| bench.stage(1).switches.home = false,
+    ];
+    for (wait, settings, opening) in [
+        ("LIMSW", "SAP 12, 1, 1; SAP 13, 1, 1", open[0]),
+        ("LIMSW", "SAP 12, 1, 1; SAP 13, 1, 1", open[1]),
+        ("LIMSW", "SAP 12, 1, 1; SAP 13, 1, 1; SAP 12, 1, 0; SAP 13, 1, 0", open[0]),
+        ("LIMSW", "SAP 12, 1, 1; SAP 13, 1, 1; SAP 33, 1, 1", open[1]),
+        ("REFSW", "SAP 193, 1, 133", open[2]),
+    ] {
+        let mut bench = Bench::set_up(settings);
+        bench.stage(1).switches = Switches { left: true, right: true, home: true };
+        bench.start(&format!("WAIT {wait}, 1, 0; SGP 1, 2, 1; STOP"));
+        bench.advance_ms(50);
+        assert_eq!(bench.program_counter(), 0, "{wait}, {settings}: still waiting");
+        opening(&mut bench);
+        bench.advance_us(100);
+        assert_eq!(bench.variable(1), 1, "{wait}, {settings}");
     }
 }
 

@@ -30,10 +30,15 @@ fn stop_switch_stops_motion_towards_it_only() {
         ("SAP 13, 0, 1", false, false, -10_000, true),
         ("SAP 13, 0, 0", false, true, -10_000, false),
         ("SAP 13, 0, 3", true, true, -10_000, false),
-        // Swapped.
-        ("SAP 12, 0, 3; SAP 33, 0, 1", false, true, 10_000, true),
+        // Swapped: the right input with all its settings stops motion to the left.
+        ("SAP 12, 0, 3; SAP 33, 0, 1", true, true, -10_000, true),
         ("SAP 12, 0, 3; SAP 33, 0, 1", true, true, 10_000, false),
-        ("SAP 13, 0, 3; SAP 33, 0, 1", true, true, -10_000, true),
+        ("SAP 12, 0, 3; SAP 33, 0, 1", false, true, 10_000, false),
+        ("SAP 12, 0, 1; SAP 33, 0, 1", true, false, -10_000, true),
+        ("SAP 12, 0, 1; SAP 33, 0, 1", true, true, -10_000, false),
+        ("SAP 13, 0, 3; SAP 33, 0, 1", false, true, 10_000, true),
+        ("SAP 13, 0, 3; SAP 33, 0, 1", true, true, -10_000, false),
+        ("SAP 12, 0, 1; SAP 13, 0, 0; SAP 33, 0, 1", false, true, 10_000, false),
     ] {
         let mut bench = Bench::fast();
         set_switch(&mut bench, 0, right, !level);

@@ -260,6 +260,34 @@ fn polarity_of_end_switches_is_that_of_their_stop_function() {
 }
 
 #[test]
+fn search_does_not_care_whether_the_stop_functions_are_on() {
+    let high = Switches { left: true, right: true, home: false };
+    for (on, off, released) in [
+        ("SAP 12, 0, 3; SAP 13, 0, 3", "SAP 12, 0, 0; SAP 13, 0, 0", Switches::default()),
+        ("SAP 12, 0, 1; SAP 13, 0, 1", "SAP 12, 0, 0; SAP 13, 0, 0", high),
+    ] {
+        for (mode, zero) in [(1, LEFT + WIDE), (65, RIGHT - WIDE), (2, LEFT + WIDE), (4, LEFT), (6, HOME)] {
+            for setup in [on.to_owned(), format!("{on}; {off}")] {
+                let mut bench = search(Slide { start: RIGHT_OF_HOME, released, ..slide(WIDE) }, mode, &setup);
+                assert_near(bench.zero(), zero, &format!("mode {mode}, {setup}"));
+                assert_eq!(bench.get(207), 0, "mode {mode}, {setup}");
+            }
+        }
+    }
+}
+
+#[test]
+fn swapped_end_switches_take_their_levels_along() {
+    // The left input is normally closed and at the right end.
+    let released = Switches { left: true, ..Switches::default() };
+    let crossed = Slide { start: HOME, left: around(RIGHT, WIDE), right: around(LEFT, WIDE), released, ..slide(WIDE) };
+    for (mode, zero) in [(1, LEFT + WIDE), (65, RIGHT - WIDE), (3, LEFT), (6, HOME)] {
+        let mut bench = search(crossed.clone(), mode, "SAP 12, 0, 3; SAP 13, 0, 1; SAP 33, 0, 1");
+        assert_near(bench.zero(), zero, &format!("mode {mode}"));
+    }
+}
+
+#[test]
 fn swapped_end_switches_are_exchanged() {
     let crossed = Slide { start: HOME, left: around(RIGHT, WIDE), right: around(LEFT, WIDE), ..slide(WIDE) };
     for (mode, zero) in [(1, LEFT + WIDE), (65, RIGHT - WIDE), (3, LEFT), (6, HOME)] {
