@@ -26,7 +26,7 @@ pub struct Move {
 pub struct Events {
     /// The target of a move is reached.
     pub arrived: bool,
-    /// A stall has stopped the motor.
+    /// A stall has begun, or has stopped the motor.
     pub stalled: bool,
     /// A deviation from the encoder has stopped the motor.
     pub deviated: bool,
@@ -107,6 +107,11 @@ pub trait Axes<P> {
 
     /// Looks at what may have changed from outside while the axis rested.
     fn look(&mut self, _index: usize, _ports: &mut P) {}
+
+    /// Whether the driver of an axis has switched itself off.
+    fn is_shut_down(&self, _index: usize, _ports: &mut P) -> bool {
+        false
+    }
 
     /// What the axes do together before they tick.
     fn begin_tick(&mut self) {}

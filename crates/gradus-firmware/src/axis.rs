@@ -74,6 +74,10 @@ pub(crate) struct Axis {
     freewheels_at_us: Option<u64>,
     freewheels: bool,
     pub(crate) errors: i32,
+    /// When the coil vector has turned last.
+    pub(crate) stepped_at_us: u64,
+    /// A stall lasts.
+    pub(crate) stalling: bool,
 }
 
 impl Axis {
@@ -100,6 +104,8 @@ impl Axis {
             freewheels_at_us: None,
             freewheels: false,
             errors: 0,
+            stepped_at_us: 0,
+            stalling: false,
         }
     }
 
@@ -111,6 +117,7 @@ impl Axis {
 
     /// Puts the axis on its hardware: standby current, or none, and the encoder at zero.
     pub(crate) fn start<A: StepperStage + AxisInputs>(&mut self, now: u64, powered: bool, port: &mut A) {
+        self.stepped_at_us = now;
         self.scale_encoder(port);
         self.arm_encoder(port);
         self.set_encoder_position(0, port);
@@ -147,9 +154,8 @@ impl Axis {
             Ap::MeasuredSpeedNow => self.measured_speed_pps(now, port),
             Ap::ExtendedErrorFlags => self.error_flags(),
             Ap::LoadValue => self.load(port),
-            Ap::DriverErrorFlags | Ap::CoolStepCurrent | Ap::PwmScale | Ap::PwmMode => {
-                self.driver_value(id, port.driver())
-            }
+            Ap::DriverErrorFlags => self.driver_flags(now, port),
+            Ap::CoolStepCurrent | Ap::PwmScale | Ap::PwmMode => self.driver_value(id, port.driver()),
             _ => self.settings.get(id),
         }
     }
@@ -460,6 +466,9 @@ impl Axis {
 
     /// Turns the coil vector by `microsteps`.
     fn drive<A: StepperStage>(&mut self, microsteps: i32, now: u64, port: &mut A) {
+        if microsteps != 0 {
+            self.stepped_at_us = now;
+        }
         let steps = microsteps.wrapping_shl(self.derived.phase_shift);
         self.phase = self.phase.wrapping_add(if self.derived.reversed { steps.wrapping_neg() } else { steps });
         if !self.ramp.is_idle() || self.needs_run_current() {

@@ -6,6 +6,8 @@
 //! Where the manual is silent:
 //! - A freewheeling mode (204) acts while the standby current is 0 and the drivers are on. Without current the coils are
 //!   open (0 and 1) or shorted (2 and 3).
+//! - The clock by which a standstill is counted (208, 2^20 clocks) is that of the ramp generator, 16 MHz: 65.5 ms. After power-on as
+//!   after a step.
 //! - An off time of 0 (167) switches the power stage off without stopping the motion.
 //! - The parameters that shape only the chopper (162 to 166, 177, 179, 184, 185, 191) are kept and do nothing more.
 
@@ -15,8 +17,16 @@ use crate::axis::Axis;
 use crate::ports::{CoolStep, DriverSettings, DriverState, StealthChop, StepperStage};
 use crate::settings::Settings;
 
-/// Bit of axis parameter 208.
+/// Bits of axis parameter 208; the TMCM-351 has other ones.
+const STALL: i32 = DriverState::STALL as i32;
 const STANDSTILL: i32 = 1 << 7;
+
+/// Bits of 208 with which a chip has switched itself off: too hot, shorts.
+const TMC5160_OFF: u8 = 1 << 1 | 1 << 3 | 1 << 4;
+const TMC249_OFF: u8 = 1 << 0 | 1 << 1 | 1 << 4 | 1 << 7;
+
+/// A motor stands still when there was no step for 2^20 clocks of 16 MHz.
+const STANDSTILL_US: u64 = (1 << 20) / 16;
 
 impl Axis {
     /// Gives the driver chip its settings.
@@ -30,17 +40,28 @@ impl Axis {
         match id {
             Ap::CoolStepCurrent => i32::from(driver.current_step),
             Ap::PwmScale => i32::from(driver.pwm_scale),
-            Ap::PwmMode => i32::from(driver.stealth_chop),
-            _ => i32::from(driver.flags) | self.standstill(),
+            _ => i32::from(driver.stealth_chop),
         }
     }
 }
 
+// Flags.
 impl Axis {
-    /// The flag of axis parameter 208 that is the firmware's; the TMCM-351 has none.
-    fn standstill(&self) -> i32 {
-        let has_flag = self.settings.chip != MotionChip::Tmc428;
-        if has_flag && self.ramp.is_idle() { STANDSTILL } else { 0 }
+    /// What GAP 208 answers.
+    pub(crate) fn driver_flags<A: StepperStage>(&self, now: u64, port: &mut A) -> i32 {
+        let flags = i32::from(port.driver().flags);
+        if self.settings.chip == MotionChip::Tmc428 {
+            return flags;
+        }
+        let stall = if self.stalling { flags & STALL } else { 0 };
+        let still = now.saturating_sub(self.stepped_at_us) >= STANDSTILL_US;
+        flags & !STALL | stall | if still { STANDSTILL } else { 0 }
+    }
+
+    /// Whether the chip has switched itself off, because it is too hot or for a short.
+    pub(crate) fn is_shut_down<A: StepperStage>(&self, port: &mut A) -> bool {
+        let reasons = if self.settings.chip == MotionChip::Tmc428 { TMC249_OFF } else { TMC5160_OFF };
+        port.driver().flags & reasons != 0
     }
 }
 

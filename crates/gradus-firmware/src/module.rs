@@ -26,6 +26,8 @@ pub(crate) struct Inputs {
     pub(crate) enabled: bool,
     pub(crate) levels: u8,
     pub(crate) switches: [Switches; MAX_AXES],
+    /// The axes whose drivers have switched themselves off.
+    pub(crate) shut_down: u8,
 }
 
 /// The firmware of one module on its hardware.

@@ -203,6 +203,7 @@ impl<P: Ports, S: Store> Module<P, S> {
                 self.see_switches(index, switches);
             }
             self.axes.look(index, &mut self.ports);
+            self.see_driver(index);
         }
         self.wake_axes();
     }
@@ -217,9 +218,21 @@ impl<P: Ports, S: Store> Module<P, S> {
         }
     }
 
+    /// Sets the flag ESD when the driver of an axis switches itself off.
+    #[inline]
+    fn see_driver(&mut self, index: usize) {
+        let bit = 1 << index;
+        if !self.axes.is_shut_down(index, &mut self.ports) {
+            self.inputs.shut_down &= !bit;
+        } else if self.inputs.shut_down & bit == 0 {
+            self.inputs.shut_down |= bit;
+            self.program.cpu.registers.flags.insert(Flags::SHUTDOWN);
+        }
+    }
+
     fn see_enable(&mut self, enabled: bool) {
         self.inputs.enabled = enabled;
-        if !enabled && self.catalogue.chip == MotionChip::Tmc428 {
+        if !enabled {
             self.program.cpu.registers.flags.insert(Flags::SHUTDOWN);
         }
         for index in 0..self.axis_count() {

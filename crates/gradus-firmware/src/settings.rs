@@ -24,8 +24,9 @@ pub(crate) struct Settings {
 impl Settings {
     pub(crate) fn factory(catalogue: &Module) -> Self {
         let mut values = [0; Ap::COUNT];
-        // The chopper of a module without this parameter runs always.
+        // Of a module without these parameters the chopper runs always, and a motor has the usual 200 full steps.
         values[Ap::OffTime as usize] = 1;
+        values[Ap::FullStepResolution as usize] = 200;
         for row in catalogue.axis_parameters {
             values[row.id as usize] = row.default.unwrap_or(0) as i32;
         }
@@ -103,6 +104,16 @@ impl Settings {
         i64::from(self.get(Ap::FullStepResolution)) << self.resolution()
     }
 
+    /// Above this speed StallGuard2 is valid: one turn a second, or less if axis parameter 181 says so.
+    fn stall_valid_pps(&self) -> u32 {
+        let turn = u32::try_from(self.microsteps_per_turn()).unwrap_or(u32::MAX);
+        match (self.chip, self.unsigned(Ap::StopOnStall)) {
+            (MotionChip::Tmc428, _) => u32::MAX,
+            (_, 0) => turn,
+            (_, stop) => stop.min(turn),
+        }
+    }
+
     /// Binary logarithm of the microsteps of a full step (axis parameter 140).
     fn resolution(&self) -> u32 {
         self.get(Ap::MicrostepResolution).clamp(0, 8) as u32
@@ -172,6 +183,7 @@ impl Settings {
                 self.unsigned(Ap::EncoderMeanInterval),
             ),
             stall_speed_pps: self.unsigned(Ap::StopOnStall),
+            stall_valid_pps: self.stall_valid_pps(),
             stall_load: self.unsigned(Ap::StallDetection),
             mixed_decay_above: get(Ap::MixedDecay),
             reference_tolerance: self.reference_tolerance(),
@@ -223,6 +235,8 @@ pub(crate) struct Derived {
     pub(crate) speed_filter: LowPass,
     /// A stall stops the motor above this speed, 0 for off (axis parameter 181).
     pub(crate) stall_speed_pps: u32,
+    /// Above this speed a stall is one.
+    pub(crate) stall_valid_pps: u32,
     /// A greater load stops the motor, 0 for off (axis parameter 205 of the TMCM-351).
     pub(crate) stall_load: u32,
     /// Above this speed the driver mixes its decay modes (axis parameter 203 of the TMCM-351).

@@ -143,6 +143,11 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
     }
 
     #[inline]
+    fn is_shut_down(&self, index: usize, ports: &mut P) -> bool {
+        self.axes.get(index).is_some_and(|axis| axis.is_shut_down(ports.axis(index)))
+    }
+
+    #[inline]
     fn is_reached(&self, index: usize) -> bool {
         self.axes.get(index).is_some_and(Axis::is_reached)
     }

@@ -1,4 +1,9 @@
 //! What stops an axis or takes it over: stop switches, virtual stops, stall, deviation from the encoder, reference search.
+//!
+//! Where the manual is silent: StallGuard2 is valid above one turn of the motor a second (axis parameters 202 and 140), or above the
+//! speed of 181 if that is lower. Below it a reading of 0 is no stall: bit 0 of 208 is 0, and nothing happens. Above it a stall sets
+//! bit 0 of 208 while it lasts (of a motor that it has stopped, until it turns again), and when it begins value 1 of 207 and the
+//! interrupt, whether 181 stops the motor or not. In closed loop there is no stall unless 181 is set.
 
 use gradus_tmcl::Status;
 use gradus_tmcl::catalogue::{Ap, MotionChip};
@@ -8,22 +13,23 @@ use crate::axis::{Axis, Part};
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
 use crate::reference_search::{Reference, ReferenceSearch, SearchFailure, Sight, Step};
 use crate::search_modes::{Pace, Way};
-use crate::settings::Stop;
+use crate::settings::{Derived, Stop};
 
 /// Bits of axis parameter 207.
 #[derive(Clone, Copy, Debug)]
 struct ErrorBits {
     stall: i32,
     deviation: i32,
-    /// A reference search has failed; not in the manuals, and the TMCM-351 has no room for it.
-    search: i32,
 }
+
+/// Bit of axis parameter 207, not in the manuals: a reference search has failed.
+const SEARCH_FAILED: i32 = 4;
 
 impl ErrorBits {
     const fn of(chip: MotionChip) -> Self {
         match chip {
-            MotionChip::Tmc428 => Self { stall: 2, deviation: 1, search: 0 },
-            _ => Self { stall: 1, deviation: 2, search: 4 },
+            MotionChip::Tmc428 => Self { stall: 2, deviation: 1 },
+            _ => Self { stall: 1, deviation: 2 },
         }
     }
 }
@@ -128,19 +134,39 @@ impl Axis {
         }
     }
 
-    /// Stall and deviation from the encoder stop the motor at once.
-    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, now: u64, port: &mut A) -> Events {
-        let mut events = Events::default();
-        let derived = self.derived;
-        if derived.stall_speed_pps != 0
-            && self.ramp.speed().unsigned_abs() > derived.stall_speed_pps
-            && port.driver().flags & DriverState::STALL != 0
-            || self.is_overloaded(port)
-        {
-            self.halt();
-            self.errors |= self.error_bits().stall;
-            events.stalled = true;
+    /// True while StallGuard2 reports a stall at a speed at which it is valid. A motor that stands keeps what was last.
+    fn stalls<A: StepperStage>(&self, port: &mut A) -> bool {
+        match self.ramp.speed().unsigned_abs() {
+            0 => self.stalling,
+            speed => speed > self.stall_valid_pps() && port.driver().flags & DriverState::STALL != 0,
         }
+    }
+
+    /// A closed loop itself turns the field as far ahead as the load needs: that is no stall, unless axis parameter 181 asks.
+    fn stall_valid_pps(&self) -> u32 {
+        let Derived { stall_speed_pps, stall_valid_pps, .. } = self.derived;
+        if self.closed.is_some() && stall_speed_pps == 0 { u32::MAX } else { stall_valid_pps }
+    }
+
+    /// A stall is flagged when it begins; above the speed of axis parameter 181, or at too much load, it stops the motor at
+    /// once.
+    fn watch_stall<A: StepperStage>(&mut self, port: &mut A) -> bool {
+        let stalls = self.stalls(port);
+        let begins = !core::mem::replace(&mut self.stalling, stalls) && stalls;
+        let stop_pps = self.derived.stall_speed_pps;
+        let stops = stalls && stop_pps != 0 && self.ramp.speed().unsigned_abs() > stop_pps || self.is_overloaded(port);
+        if stops {
+            self.halt();
+        }
+        if begins || stops {
+            self.errors |= self.error_bits().stall;
+        }
+        begins || stops
+    }
+
+    /// Stall and deviation from the encoder: flags them and stops the motor where it is to be stopped.
+    pub(crate) fn watch_load<A: StepperStage + AxisInputs>(&mut self, now: u64, port: &mut A) -> Events {
+        let mut events = Events { stalled: self.watch_stall(port), ..Events::default() };
         if self.deviates(port) {
             let (target, encoder) = (self.ramp.target(), self.encoder_position(port));
             self.halt();
@@ -233,7 +259,7 @@ impl Axis {
     pub(crate) fn abandon_search(&mut self, failure: SearchFailure) {
         if self.search.take().is_some() {
             self.search_failure = Some(failure);
-            self.errors |= self.error_bits().search;
+            self.errors |= SEARCH_FAILED;
         }
     }
 }

@@ -51,9 +51,33 @@ impl Settings {
 
     /// Whether a parameter takes the value.
     pub(crate) fn accepts(&self, row: &AxisParameter, value: i32) -> bool {
+        if !self.accepts_bow(row.id, value) {
+            return false;
+        }
         let in_registers = self.units() != Units::PPS && (SPEEDS.contains(&row.id) || ACCELERATIONS.contains(&row.id));
         if in_registers { value != i32::MIN && (value >= 0 || row.min < 0) } else { row.accepts(value) }
     }
+}
+
+// Bows.
+impl Settings {
+    /// The products of bows and their factor (axis parameters 22 to 25, and 35) have a limit.
+    fn accepts_bow(&self, id: Ap, value: i32) -> bool {
+        match id {
+            Ap::BowScaling => BOWS.into_iter().all(|bow| is_bow(self.get(bow), value)),
+            _ if BOWS.contains(&id) => is_bow(value, self.get(Ap::BowScaling)),
+            _ => true,
+        }
+    }
+}
+
+/// The largest bow in pps^3 as the manual prints it.
+const MOST_BOW: i64 = 467_837_000_000;
+
+const BOWS: [Ap; 4] = [Ap::Bow1, Ap::Bow2, Ap::Bow3, Ap::Bow4];
+
+fn is_bow(bow: i32, factor: i32) -> bool {
+    i64::from(bow) * i64::from(factor) <= MOST_BOW
 }
 
 fn converted(value: i32, from_bits: u8, to_bits: u8) -> i32 {

@@ -88,6 +88,8 @@ pub struct DriverState {
     pub overheated: bool,
     /// Hotter than the warning threshold.
     pub warm: bool,
+    /// The supply is below what the chip needs.
+    pub undervoltage: bool,
     /// Coil A, B is shorted.
     pub shorted: [bool; 2],
     /// Coil A, B carries no current though it should.
@@ -114,6 +116,9 @@ pub enum CoilFault {
 
 /// PWM scale at which the RMS voltage is that of the supply (TMC5160: 248/256 of the peak).
 const PWM_FULL: f64 = 374.0;
+
+/// Supply below which the chip reports it (TMC249: operation from 7 V).
+const LEAST_V: f64 = 7.0;
 
 const WARNING_C: f64 = 120.0;
 const SHUTDOWN_C: f64 = 150.0;
@@ -188,6 +193,7 @@ impl Driver {
     /// Looks at the temperature and the coils, and says what the coils get. `turned` is in microsteps a step.
     pub(crate) fn drive(&mut self, turned: i32, volts: f64, board_c: f64) -> Drive {
         self.watch_faults(board_c);
+        self.state.undervoltage = volts < LEAST_V;
         let state = &self.state;
         if !self.settings.enabled || state.overheated || state.shorted != [false; 2] {
             return Drive::Open;

@@ -88,11 +88,13 @@ impl StepperStage for MachineAxis {
     }
 }
 
-/// What the driver chip of the TMCM-351 reports: its flags are those of axis parameter 208.
+/// What the driver chip of the TMCM-351 reports: its flags are those of axis parameter 208. A coil that is shorted to ground shows
+/// on the low side of its bridge and on the high side, which the two bridges have in common.
 fn tmc249(state: &gradus_plant::DriverState) -> DriverState {
     let [short_a, short_b] = state.shorted;
     let [open_a, open_b] = state.open;
-    let flags = [short_a, short_b, open_a, open_b, false, false, state.warm, state.overheated];
+    let flags =
+        [short_a, short_b, open_a, open_b, short_a || short_b, state.undervoltage, state.warm, state.overheated];
     let flags = flags.into_iter().rev().fold(0, |bits, flag| bits << 1 | u8::from(flag));
     DriverState { load: u16::from(state.strain), flags, ..DriverState::default() }
 }

@@ -240,3 +240,26 @@ fn supply_that_breaks_down_loses_a_fast_motor() {
     });
     assert!((turned[0] - 10.0).abs() < 0.01 && turned[1].abs() < 5.0, "{turned:?} turns a second");
 }
+
+#[test]
+fn unloaded_motor_stalls_neither_at_rest_nor_at_low_speed() {
+    const STALL: i32 = 1;
+    let mut host = Host::new(Bench::with_defaults(&TMCM_3351));
+    host.tell("SAP 5, 0, 51200; SAP 17, 0, 51200; MVP ABS, 0, 40000");
+    for _ in 0..300 {
+        host.bench.run_for(10 * MS_US);
+        assert_eq!(host.get(Ap::DriverErrorFlags) & STALL, 0);
+    }
+    assert_eq!((host.get(Ap::ActualPosition), host.get(Ap::ExtendedErrorFlags)), (40_000, 0));
+}
+
+#[test]
+fn blocked_motor_stalls_without_a_speed_that_stops_it() {
+    let mut host = turning("", 2.0);
+    assert_eq!(host.get(Ap::ExtendedErrorFlags), 0);
+    work(&mut host, "block 0");
+    host.bench.run_for(200 * MS_US);
+    assert_eq!(host.get(Ap::DriverErrorFlags) & 1, 1);
+    assert_eq!(host.get(Ap::ExtendedErrorFlags), 1);
+    assert_eq!(host.get(Ap::ActualSpeed), 102_400, "it goes on");
+}

@@ -81,7 +81,7 @@ fn sample(bench: &mut Bench) -> Vec<Sample> {
     let mut samples: Vec<Sample> = Vec::new();
     while samples.is_empty() || bench.all_axes(Ap::PositionReached) != [1; 3] {
         bench.advance_us(100);
-        let turning = bench.all_axes(Ap::DriverErrorFlags).map(|flags| flags & 128 == 0);
+        let turning = bench.all_axes(Ap::ActualSpeed).map(|speed| speed != 0);
         samples.push(Sample { positions: bench.positions(), turning });
         assert!(samples.len() < 100_000, "they never arrive");
     }

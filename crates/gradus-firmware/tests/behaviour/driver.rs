@@ -93,6 +93,7 @@ fn restart_gives_the_chip_its_first_settings() {
 #[test]
 fn reports_of_the_chip_can_be_read() {
     let mut bench = Bench::new();
+    bench.advance_ms(100);
     bench.stage(2).driver = DriverState { load: 321, flags: 6, current_step: 12, pwm_scale: 200, stealth_chop: true };
     for (number, expected) in [(206, 321), (208, 6 | 128), (180, 12), (189, 200), (190, 1)] {
         assert_eq!(bench.get(number, 2), expected, "parameter {number}");
@@ -100,4 +101,45 @@ fn reports_of_the_chip_can_be_read() {
     bench.ask("ROR 2, 1000");
     bench.advance_ms(10);
     assert_eq!(bench.get(208, 2), 6, "no standstill");
+}
+
+#[test]
+fn standstill_is_flagged_after_two_to_the_twentieth_clocks() {
+    const STANDSTILL: i32 = 128;
+    let mut bench = Bench::fast();
+    bench.advance_us(65_000);
+    assert_eq!(bench.get(208, 0), 0, "after power-on");
+    bench.advance_us(1_000);
+    assert_eq!(bench.get(208, 0), STANDSTILL);
+    bench.ask("MVP ABS, 0, 100");
+    bench.arrive(0);
+    assert_eq!(bench.get(208, 0), 0, "just arrived");
+    bench.advance_us(65_000);
+    assert_eq!(bench.get(208, 0), 0);
+    bench.advance_us(1_000);
+    assert_eq!(bench.get(208, 0), STANDSTILL);
+}
+
+#[test]
+fn reading_of_zero_is_a_stall_above_one_turn_a_second_only() {
+    for (settings, speed, stall) in [
+        ("", 0, 0),
+        ("", 51_000, 0),
+        ("", 52_000, 1),
+        ("", -52_000, 1),
+        ("SAP 140, 0, 4", 3_000, 0),
+        ("SAP 140, 0, 4", 3_300, 1),
+        ("SAP 202, 0, 400", 102_000, 0),
+        ("SAP 202, 0, 400", 103_000, 1),
+    ] {
+        let mut bench = Bench::fast();
+        bench.all(&format!("{settings}; ROR 0, {speed}"));
+        bench.advance_ms(200);
+        bench.stage(0).driver.flags = DriverState::STALL;
+        bench.advance_ms(1);
+        let what = format!("{settings}, {speed} pps");
+        assert_eq!(bench.get(208, 0) & 1, stall, "{what}: AP 208");
+        assert_eq!((bench.get(207, 0), bench.get(207, 0)), (stall, 0), "{what}: AP 207, once");
+        assert_eq!(bench.get(3, 0), speed, "{what}: it goes on without AP 181");
+    }
 }

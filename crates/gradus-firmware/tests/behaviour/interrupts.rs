@@ -170,6 +170,19 @@ fn stall() {
 }
 
 #[test]
+fn stall_that_stops_nothing_is_raised_once() {
+    let mut bench = counting("VECT 16, 20; EI 16; EI 255; SAP 5, 1, 1000000; ROR 1, 60000");
+    bench.advance_ms(500);
+    for stalls in 1..3 {
+        bench.stage(1).driver.flags = 1;
+        bench.advance_ms(10);
+        assert_eq!((bench.variable(1), bench.get(3, 1)), (stalls, 60_000));
+        bench.stage(1).driver.flags = 0;
+        bench.advance_ms(10);
+    }
+}
+
+#[test]
 fn deviation() {
     let mut bench = counting("VECT 22, 20; EI 22; EI 255; SAP 212, 1, 100; ROR 1, 5000");
     bench.advance_ms(500);

@@ -218,3 +218,21 @@ fn suppress_reply_is_off_after_power_on() {
     assert_eq!(bench.memory().written(), 0);
     assert_eq!(bench.power_cycle().global(255, 0), 0);
 }
+
+#[test]
+fn bows_have_a_limit_with_their_factor() {
+    let mut bench = Bench::new();
+    for (command, status) in [
+        ("SAP 22, 0, 2147483647", 100),
+        ("SAP 35, 0, 217", 100),
+        ("SAP 35, 0, 218", 4),
+        ("SAP 22, 0, 1834654901", 100),
+        ("SAP 35, 0, 255", 100),
+        ("SAP 22, 0, 1834654902", 4),
+        ("SAP 25, 0, 1834654901", 100),
+        ("SAP 25, 0, 2147483647", 4),
+    ] {
+        assert_eq!(bench.exchange(command).0, status, "{command}");
+    }
+    assert_eq!([22, 25, 35].map(|number| bench.get(number, 0)), [1_834_654_901, 1_834_654_901, 255]);
+}

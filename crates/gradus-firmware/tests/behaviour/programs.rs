@@ -497,6 +497,23 @@ fn wait_for_a_switch_ends_at_its_level() {
 }
 
 #[test]
+fn esd_is_set_when_the_drivers_go_off() {
+    let enable: fn(&mut Bench) = |bench| bench.board().enable = false;
+    let hot: fn(&mut Bench) = |bench| bench.stage(2).driver.flags = 2;
+    let short: fn(&mut Bench) = |bench| bench.stage(0).driver.flags = 16;
+    let warm: fn(&mut Bench) = |bench| bench.stage(0).driver.flags = 4;
+    for (event, sets) in [(enable, true), (hot, true), (short, true), (warm, false)] {
+        let mut bench = Bench::new();
+        bench.start("DATA 21, 12, 0, 2; JA 0; CLE ESD; SGP 1, 2, 1; DATA 21, 12, 0, 6; JA 4; SGP 2, 2, 1; STOP");
+        bench.advance_ms(10);
+        assert_eq!(bench.variable(1), 0);
+        event(&mut bench);
+        bench.advance_ms(10);
+        assert_eq!((bench.variable(1), bench.variable(2)), (i32::from(sets), 0), "once an event");
+    }
+}
+
+#[test]
 fn wait_for_a_normally_closed_switch_ends_when_it_opens() {
     let open: [fn(&mut Bench); 3] = [
         |bench| bench.stage(1).switches.left = false,

@@ -105,3 +105,26 @@ fn stopped_search_zeroes_nothing() {
     assert_eq!((host.ask("RFS STATUS, 0"), host.get(3, 0), host.get(207, 0)), (0, 0, 0));
     assert!((1..5000).contains(&host.get(1, 0)), "{}", host.get(1, 0));
 }
+
+#[test]
+fn search_that_cannot_move_is_no_success() {
+    for setting in ["SAP 194, 0, 0", "SAP 195, 0, 0"] {
+        let (mut host, _) = searched(1, 100_000, setting);
+        assert_eq!((host.get(207, 0), host.get(197, 0)), (4, 0), "{setting}");
+        host.ask("MVP ABS, 0, 0");
+        assert_eq!(host.get(207, 0), 0, "{setting}");
+    }
+}
+
+#[test]
+fn search_without_a_switch_ends_after_a_thousand_turns() {
+    for (resolution, turn) in [(6, 12_800), (2, 800)] {
+        let mut host = Host::new();
+        host.all(&format!("SAP 140, 0, {resolution}; SAP 153, 0, 3; SAP 154, 0, 1; SAP 5, 0, 1000; SAP 194, 0, 2047"));
+        host.ask("RFS START, 0");
+        host.until(120_000, |host| host.ask("RFS STATUS, 0") == 0);
+        assert_eq!(host.get(207, 0), 4);
+        let way = host.get(1, 0).abs();
+        assert!((1_000 * turn..1_000 * turn + 100).contains(&way), "{way} microsteps of {turn} a turn");
+    }
+}

@@ -62,3 +62,22 @@ fn mixed_decay_makes_the_load_useless() {
         assert_eq!((host.get(206, 0), host.get(3, 0)), (0, 800), "threshold {threshold}");
     }
 }
+
+#[test]
+fn faults_of_the_driver_are_flagged() {
+    for (line, flags) in [
+        ("coil 0 a short", 1 << 0 | 1 << 4),
+        ("coil 0 b short", 1 << 1 | 1 << 4),
+        ("coil 0 a open", 1 << 2),
+        ("coil 0 b open", 1 << 3),
+        ("supply 6.9", 1 << 5),
+        ("supply 7.1", 0),
+        ("temperature 0 120", 1 << 6),
+        ("temperature 0 150", 1 << 6 | 1 << 7),
+    ] {
+        let mut host = turning("");
+        host.console(line);
+        host.run_ms(10);
+        assert_eq!(host.get(208, 0), flags, "{line}");
+    }
+}
