@@ -399,7 +399,7 @@ fn place(rig: &mut Rig, travel_per_turn: f64) -> f64 {
 #[test]
 fn stage_finds_the_middle_of_its_home_switch() {
     let mut rig = rig_on("linear-stage", "home");
-    rig.run_until(7_500.0);
+    rig.run_until(8_000.0);
     assert_eq!(rig.ask(STOPPED_BEHIND), 11);
     assert!((place(&mut rig, 5.0) - 50.0).abs() < 0.005, "at {} mm, not 50", place(&mut rig, 5.0));
 }
@@ -412,7 +412,7 @@ fn table_turns_until_the_lid_opens() {
         rig.run_until(time_ms);
         assert_eq!((rig.ask("GIO 0, 0"), rig.ask(RUNS)), (closed, 1), "{time_ms} ms");
     }
-    rig.run_until(9_000.0);
+    rig.run_until(9_500.0);
     assert_eq!(rig.ask(RUNS), 0);
     assert!((place(&mut rig, 4.0) - 270.0).abs() < 0.005, "at {} degrees, not 270", place(&mut rig, 4.0));
 }
