@@ -195,7 +195,7 @@ proptest! {
 
 /// The places that both runs have changed.
 fn written(first: &(u16, Seen, Seen), second: &(u16, Seen, Seen)) -> Places {
-    first.1.differs(&first.2) & second.1.differs(&second.2) - Places::VARIABLES
+    first.1.differs(&first.2) & (second.1.differs(&second.2) - Places::VARIABLES)
 }
 
 #[test]
