@@ -188,7 +188,8 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
             return;
         }
         let port = ports.axis(index);
-        self.protect(self.phases_ma(port), port);
+        // No current flows that the module could do something about.
+        self.protect([0; 3], port);
         if (port.hall(), port.encoder()) != (self.seen.hall_bits, self.seen.encoder_count) {
             self.quiet_in = self.derived.quiet_ticks;
         }

@@ -5,16 +5,20 @@
 //! rotor turns. A direct-current motor is the same equations without rotation.
 //!
 //! What the bridge does is averaged over the period. Its dead time takes `supply * dead time / period` from a phase,
-//! against the current. With the bridge open the currents flow through the diodes against the supply until they end; a
-//! rotor that is so fast that it would charge the supply through the diodes is not modelled. Nor are: iron losses,
+//! against the current. With the bridge open the currents flow through the diodes against the supply until they end, and a
+//! rotor whose voltage is above that of the supply charges it through them, and is braked. Not modelled are iron losses,
 //! cogging, the ripple of the current in a period.
+//!
+//! Whatever the load, everything stays finite: the electrical angle turns by at most 10 000 rad/s (24 000 rpm with four pole
+//! pairs), a current has at most 1000 A, the bridge at most 100 V ([`HIGHEST_V`]), the winding at most 300 degC and
+//! the driver 200; a real one has burst or burnt there.
 
 use crate::encoder::NullLatch;
 use crate::equations::{Constants, Motion, Step, StepEnd, turned_back};
 use crate::motors::Mechanics;
 use crate::servo_motors::Phases;
 use crate::servo_setup::ServoSetup;
-use crate::supply::{Supply, SupplyGains};
+use crate::supply::{HIGHEST_V, Supply, SupplyGains};
 use crate::trigonometry::sin_cos;
 use crate::{NullEvent, Surroundings};
 
@@ -23,7 +27,13 @@ const INV_SQRT_3: f64 = 0.577_350_269_189_625_8;
 const HALF_SQRT_3: f64 = 0.866_025_403_784_438_6;
 
 /// Copper's resistance rises by this share of its value at 25 degC for each kelvin.
-const COPPER_PER_K: f64 = 0.003_86;
+const COPPER_PER_K: f64 = 0.003_9;
+
+/// Limits, see above: of the electrical angle in rad/s, of a current in A, of winding and driver in degC.
+const FASTEST: f64 = 1e4;
+const LARGEST_A: f64 = 1e3;
+const HOTTEST_WINDING_C: f64 = 300.0;
+const HOTTEST_DRIVER_C: f64 = 200.0;
 
 /// Speed in rad/s that is none any more: without friction a rotor would never come to rest.
 const SLOWEST: f64 = 1e-6;
@@ -57,6 +67,8 @@ pub struct Powers {
     pub friction_w: f64,
     /// Given to the load torque.
     pub load_w: f64,
+    /// Taken by the board itself.
+    pub board_w: f64,
 }
 
 /// What a step needs of the data and its length, beside the [`Constants`].
@@ -123,7 +135,7 @@ impl ServoMachine {
             angle: [1.0, 0.0],
             angle_steps: 0,
             bridge: Bridge::Open,
-            bus_v: setup.supply.source_v,
+            bus_v: setup.supply.resting_v(),
             chopper: false,
             blocked: false,
             ambient_c: 25.0,
@@ -160,7 +172,15 @@ impl ServoMachine {
         if matches!(bridge, Bridge::Open) {
             after.motion = without_reversed_currents(before, after.motion);
         }
+        after.motion = self.within_limits(after.motion);
         self.take(before, after);
+    }
+
+    #[inline]
+    fn within_limits(&self, Motion { d_a, q_a, speed }: Motion) -> Motion {
+        let current = |a: f64| a.clamp(-LARGEST_A, LARGEST_A);
+        let fastest = FASTEST / self.constants.pole_pairs;
+        Motion { d_a: current(d_a), q_a: current(q_a), speed: speed.clamp(-fastest, fastest) }
     }
 
     /// The end of a step.
@@ -170,8 +190,10 @@ impl ServoMachine {
         let twice_w = volts_d * (before.d_a + motion.d_a) + volts_q * (before.q_a + motion.q_a);
         self.bus_v = self.period.supply.next_v(self.bus_v, 0.5 * self.constants.power * twice_w, self.chopper);
         self.warm_up(motion);
+        let turned = turned.clamp(-self.furthest(), self.furthest());
         self.position += turned * (0.5 / std::f64::consts::PI);
         self.motion = motion;
+        debug_assert!(self.is_finite(), "{self:?}");
         match self.angle_steps.checked_sub(1) {
             None => self.take_angle(),
             Some(left) => {
@@ -179,6 +201,23 @@ impl ServoMachine {
                 self.angle_steps = left;
             }
         }
+    }
+
+    /// The longest way of the shaft in a step, in radians.
+    fn furthest(&self) -> f64 {
+        FASTEST / self.constants.pole_pairs * self.period.seconds
+    }
+
+    /// True if every reading is a number, and within the limits of the machine: always.
+    pub fn is_finite(&self) -> bool {
+        let Motion { d_a, q_a, speed } = self.motion;
+        let fastest = FASTEST / self.constants.pole_pairs;
+        d_a.abs().max(q_a.abs()) <= LARGEST_A
+            && speed.abs() <= fastest
+            && self.position.is_finite()
+            && (0.0..=HIGHEST_V).contains(&self.bus_v)
+            && self.winding_c <= HOTTEST_WINDING_C
+            && self.driver_c <= HOTTEST_DRIVER_C
     }
 
     /// The angle from the position; what is left of 16 turns by small angles is below 1e-9 at 10000 rpm.
@@ -202,12 +241,18 @@ impl ServoMachine {
         [(alpha * cos + beta * sin) * self.bus_v, (beta * cos - alpha * sin) * self.bus_v]
     }
 
-    /// Voltage of the diodes: the supply against the currents; `None` when none flow.
+    /// Voltage of the diodes: the supply against the currents, or against those that the rotor is about to drive; `None`
+    /// when none flow.
     fn diode_volts(&self) -> Option<[f64; 2]> {
-        let Motion { d_a, q_a, .. } = self.motion;
+        let share = if self.setup.motor.phases == Phases::One { 1.0 } else { INV_SQRT_3 };
+        let volts = self.bus_v * share;
+        let Motion { d_a, q_a, speed } = self.motion;
         let length = (d_a * d_a + q_a * q_a).sqrt();
-        let volts = self.bus_v * INV_SQRT_3 / length;
-        (length > 0.0).then_some([-volts * d_a, -volts * q_a])
+        if length > 0.0 {
+            return Some([-volts * d_a / length, -volts * q_a / length]);
+        }
+        let emf_v = self.constants.emf_vs * speed;
+        (emf_v.abs() > volts).then_some([0.0, volts.copysign(emf_v)])
     }
 
     /// What stays in the step that begins now; without volts no current can flow.
@@ -255,7 +300,8 @@ fn against(current_a: f64) -> f64 {
 
 /// Diodes let no current through backwards: where it would have turned, it has ended.
 fn without_reversed_currents(before: Motion, after: Motion) -> Motion {
-    let goes_on = before.d_a * after.d_a + before.q_a * after.q_a > 0.0;
+    let begins = (before.d_a, before.q_a) == (0.0, 0.0);
+    let goes_on = begins || before.d_a * after.d_a + before.q_a * after.q_a > 0.0;
     if goes_on { after } else { Motion { d_a: 0.0, q_a: 0.0, ..after } }
 }
 
@@ -274,8 +320,9 @@ impl ServoMachine {
         let square = now.d_a * now.d_a + now.q_a * now.q_a;
         let winding_c = self.ambient_c + self.period.winding_k_per_a2 * square;
         let driver_c = self.ambient_c + self.period.driver_k_per_a2 * square;
-        self.winding_c += (winding_c - self.winding_c) * self.period.winding;
-        self.driver_c += (driver_c - self.driver_c) * self.period.driver;
+        let winding_c = self.winding_c + (winding_c - self.winding_c) * self.period.winding;
+        let driver_c = self.driver_c + (driver_c - self.driver_c) * self.period.driver;
+        (self.winding_c, self.driver_c) = (winding_c.min(HOTTEST_WINDING_C), driver_c.min(HOTTEST_DRIVER_C));
     }
 
     /// Temperature of the winding in degrees Celsius.
@@ -317,7 +364,9 @@ impl ServoMachine {
 
     #[inline]
     fn count_from_zero(&self) -> i64 {
-        floor(self.position * f64::from(self.setup.encoder.counts_per_turn))
+        let encoder = &self.setup.encoder;
+        let turns = if encoder.reversed { -self.position } else { self.position };
+        floor(turns * f64::from(encoder.counts_per_turn))
     }
 
     /// Channels of the encoder.
@@ -396,7 +445,12 @@ impl ServoMachine {
 
     /// Warms the bridge, as something else on the board would.
     pub fn heat_driver(&mut self, driver_c: f64) {
-        self.driver_c = driver_c;
+        self.driver_c = driver_c.min(HOTTEST_DRIVER_C);
+    }
+
+    /// The supply has been away for a while: what braking has left in the capacitor is gone.
+    pub fn discharge(&mut self) {
+        self.bus_v = self.bus_v.min(self.setup.supply.resting_v());
     }
 
     /// Switches the brake resistor.
@@ -446,7 +500,7 @@ impl ServoMachine {
     /// Where power goes now.
     pub fn powers(&self) -> Powers {
         let Motion { d_a, q_a, speed } = self.motion;
-        let Supply { source_v, resistance_ohm, chopper_ohm, .. } = self.setup.supply;
+        let Supply { source_v, resistance_ohm, chopper_ohm, quiescent_a, .. } = self.setup.supply;
         let heat_w = |ohm: f64| self.constants.power * ohm * (d_a * d_a + q_a * q_a);
         let source_a = self.setup.supply.source_a(self.bus_v);
         let mechanics = &self.setup.mechanics;
@@ -459,6 +513,7 @@ impl ServoMachine {
             copper_w: heat_w(winding_ohm),
             friction_w: mechanics.viscous_nms * speed * speed + mechanics.friction_nm * speed.abs(),
             load_w: mechanics.load_nm * speed,
+            board_w: quiescent_a * self.bus_v,
         }
     }
 

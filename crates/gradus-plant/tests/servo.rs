@@ -213,7 +213,7 @@ fn hall_commutation_starts_from_any_sector() {
             for rpm in [1_000, -1_000] {
                 let setup = ServoSetup {
                     magnet_turns: f64::from(step) / 12.0 + 0.01,
-                    hall: HallSensors { placement_error_deg: [2.0, -1.0, 0.5] },
+                    hall: HallSensors { placement_error_deg: [2.0, -1.0, 0.5], ..HallSensors::default() },
                     ..ServoSetup::default()
                 };
                 let settings = ServoSettings {

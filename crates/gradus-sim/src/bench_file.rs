@@ -56,10 +56,18 @@
 //! viscous = 0.000001                       # viscous friction in Nm per rad/s
 //! load = 0.02                              # a weight: torque against the positive direction in Nm; 0 if left out
 //! magnet = 0.0                             # where it points at first: electrical degrees ahead of phase A
+//! hall = { polarity = 0, direction = 0, offset = 0, order = "abc" }   # how they are wired, see below
 //! hall_errors = [2.0, -1.0, 0.0]           # how far the hall sensors are out of place, in electrical degrees
-//! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel
-//! source = { resistance = 0.1, capacitance = 1.0, takes_back = false, brake_resistor = 10.0 }   # ohm, mF
+//! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel; `reversed = true`
+//! source = { resistance = 0.1, capacitance = 1.0, takes_back = false, brake_resistor = 10.0, quiescent = 50 }   # ohm, mF, mA
+//! current_noise = 1.0                      # of a reading of the current, in steps of the converter (standard deviation)
+//! seed = 1                                 # of that noise: the same seed is the same noise
 //! ```
+//!
+//! `hall` says how the sensors are mounted and wired, by the settings that suit them: with `polarity = 1` axis parameter 90 must be 1,
+//! with `direction = 1` axis parameter 91, and axis parameter 92 must be `offset`, 65536 an electrical turn. `order` are the sensors at the
+//! three inputs, as wires that have been mixed up. With a `reversed` encoder axis parameter 101 must be 1. A `source` that takes nothing
+//! back lets the voltage rise while the motor brakes; the board's `quiescent` current brings it down again.
 //!
 //! [`SERVO_MOTORS`](gradus_plant::SERVO_MOTORS) lists the motors. The data of a sheet are values from line to line: `motor = {
 //! pole_pairs = 4, resistance = 0.72, inductance = 1.2, torque_constant = 0.036, current = 3.47, inertia = 48 }`, in ohm, mH, Nm/A,

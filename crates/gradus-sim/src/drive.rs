@@ -3,6 +3,8 @@
 use gradus_firmware::{Bridge, NullEvent, RotorInputs, Supply};
 use gradus_plant::{Bridge as Switches, Channels, ServoMachine, ServoSetup, Surroundings};
 
+use crate::current_noise::CurrentNoise;
+
 /// Reading of a shunt without current.
 const SHUNT_ZERO: f64 = 32_767.0;
 
@@ -30,13 +32,23 @@ pub struct ServoDrive {
     cut_at: Option<i32>,
     /// The gate driver reports a fault.
     faulty: bool,
+    noise: CurrentNoise,
 }
 
 impl ServoDrive {
     /// A drive of that machine.
     pub fn new(setup: ServoSetup) -> Self {
         let plant = ServoMachine::new(setup);
-        Self { plant, period_s: 4e-5, ticking: false, stuck: [None; 3], cut_at: None, faulty: false }
+        let noise = CurrentNoise::new(Self::CURRENT_NOISE, 1);
+        Self { plant, period_s: 4e-5, ticking: false, stuck: [None; 3], cut_at: None, faulty: false, noise }
+    }
+
+    /// Standard deviation of a shunt's reading in steps, unless told otherwise.
+    pub const CURRENT_NOISE: f64 = 1.0;
+
+    /// Gives the readings of the shunts this standard deviation, in steps, with dice of this seed.
+    pub fn set_current_noise(&mut self, steps: f64, seed: u64) {
+        self.noise = CurrentNoise::new(steps, seed);
     }
 
     /// A hall sensor, 0 to 2, is stuck at a level; `None`: it works.
@@ -78,10 +90,11 @@ impl ServoDrive {
         }
     }
 
-    /// No current any more.
+    /// No power, for as long as the supply's capacitor needs to lose what braking has left in it.
     pub(crate) fn release(&mut self) {
         self.rest();
         self.plant.switch_chopper(false);
+        self.plant.discharge();
     }
 }
 
@@ -96,7 +109,9 @@ impl Bridge for ServoDrive {
     #[inline]
     fn shunts(&mut self) -> [u16; 2] {
         let [a, b, _] = self.plant.phase_currents_a();
-        [a, b].map(|current_a| (SHUNT_ZERO + (current_a * MA_PER_A).round()) as u16)
+        let [noise_a, noise_b] = self.noise.read(self.ticking);
+        [(a, noise_a), (b, noise_b)]
+            .map(|(current_a, noise)| (SHUNT_ZERO + (current_a * MA_PER_A + noise).round()) as u16)
     }
 
     #[inline]
@@ -107,6 +122,7 @@ impl Bridge for ServoDrive {
             None => Switches::Open,
         };
         self.plant.step(self.period_s, switches);
+        self.noise.advance();
     }
 
     fn rest(&mut self) {

@@ -53,7 +53,8 @@ impl Adc {
 
 /// Levels and voltages on the connectors of a module.
 ///
-/// IN6 and IN7 are one pin each in banks 0 and 1: the digital level is high from half of the converter's range on.
+/// IN6 and IN7 are one pin each in banks 0 and 1, and so are the ports 0, 1 and 2 of both banks of a TMCM-1617 (its manual, §3.6.14: the
+/// analogue lines can be read as digital inputs in bank 0): the digital level is high from half of the converter's range on.
 #[derive(Clone, PartialEq, Debug)]
 pub struct MachineIo {
     inputs: u8,
@@ -94,10 +95,10 @@ impl MachineIo {
         Self { servo: catalogue.is_servo(), ..Self::default() }
     }
 
-    /// Sets a digital input, below 8. IN6 and IN7 go to an end of the converter's range.
+    /// Sets a digital input, below 8. A pin that is analogue too goes to an end of the converter's range.
     pub fn set_input(&mut self, port: u8, level: bool) {
         if self.is_both(port) {
-            self.set_analog(port, if level { TEN_BITS } else { 0 });
+            self.set_analog(port, if level { self.full_scale() } else { 0 });
         } else {
             self.set_level(port, level);
         }
@@ -111,7 +112,7 @@ impl MachineIo {
             *pin = volts;
         }
         if self.is_both(port) {
-            self.set_level(port, value > TEN_BITS / 2);
+            self.set_level(port, value > self.full_scale() / 2);
         }
     }
 
@@ -156,7 +157,7 @@ impl MachineIo {
     }
 
     fn is_both(&self, port: u8) -> bool {
-        !self.servo && matches!(port, 6 | 7)
+        if self.servo { Self::SERVO_PINS.contains(&port) } else { matches!(port, 6 | 7) }
     }
 
     fn set_level(&mut self, port: u8, level: bool) {
@@ -257,6 +258,21 @@ mod tests {
         assert_eq!((io.inputs(), io.analog(7)), (0b1100_0000, 1023));
         io.set_input(7, false);
         assert_eq!((io.inputs(), io.analog(7)), (0b0100_0000, 0));
+    }
+
+    #[test]
+    fn analogue_lines_of_a_servo_module_are_digital_inputs_too() {
+        let mut io = MachineIo::of(&gradus_tmcl::catalogue::TMCM_1617);
+        for port in 0..3 {
+            for (value, level) in [(0, 0), (2047, 0), (2048, 1 << port), (4095, 1 << port)] {
+                io.set_analog(port, value);
+                assert_eq!((io.analog(port), io.inputs()), (value, level), "port {port}");
+            }
+            io.set_input(port, false);
+            assert_eq!((io.analog(port), io.inputs()), (0, 0));
+        }
+        io.set_input(3, true);
+        assert_eq!((io.inputs(), io.analog(3)), (1 << 3, 0), "REF_L is digital only");
     }
 
     #[test]

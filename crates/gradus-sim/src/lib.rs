@@ -13,6 +13,7 @@ mod bench;
 pub mod bench_file;
 mod can_bus;
 pub mod console;
+mod current_noise;
 mod drive;
 mod eeprom;
 mod faults;

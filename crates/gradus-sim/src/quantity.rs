@@ -120,6 +120,14 @@ quantities! {
     torque_constant: Number::any("Nm/A", 1e-4, 1e3);
     /// Capacitor of a supply.
     millifarads: Number::any("millifarads", 1e-2, 1e3);
+    /// What a board takes.
+    milliamperes: Number::any("milliamperes", 0.0, 1e4);
+    /// Noise of a converter.
+    steps: Number::any("steps", 0.0, 1e3);
+    /// An angle of axis parameter 92.
+    hall_offset: Number::whole(-32_768.0, 32_767.0);
+    /// An axis parameter that is on or off.
+    flag: Number::whole(0.0, 1.0);
     /// Supply of a module.
     supply: Number::any("volts", 0.0, 60.0);
     /// A part of a whole.

@@ -149,8 +149,8 @@ fn energy_is_neither_made_nor_lost() {
             machine.step(PERIOD_S, bridge);
             for powers in [before, machine.powers()] {
                 supplied += 0.5 * PERIOD_S * powers.source_w;
-                let Powers { cable_w, chopper_w, bridge_w, copper_w, friction_w, load_w, .. } = powers;
-                used += 0.5 * PERIOD_S * (cable_w + chopper_w + bridge_w + copper_w + friction_w + load_w);
+                let Powers { cable_w, chopper_w, bridge_w, copper_w, friction_w, load_w, board_w, .. } = powers;
+                used += 0.5 * PERIOD_S * (cable_w + chopper_w + bridge_w + copper_w + friction_w + load_w + board_w);
             }
         }
         let missing = supplied - used - (machine.stored_j() - stored);
@@ -217,5 +217,47 @@ fn sensors_agree_with_the_shaft() {
         machine.place(turns);
         assert_eq!((machine.encoder_count(), machine.hall_bits()), (count, hall), "at {turns}");
         assert!((machine.electrical_turns() - electrical).abs() < 1e-9, "at {turns}");
+    }
+}
+
+#[test]
+fn rotor_that_is_driven_faster_than_the_supply_brakes_through_the_diodes() {
+    // 24 V are the line voltage of 24 / sqrt(3) / 0.024 rad/s: 5513 rpm.
+    let turned = |supply: Supply| {
+        let mechanics = Mechanics { load_nm: -0.05, ..ideal().mechanics };
+        let mut machine = ServoMachine::new(ServoSetup { mechanics, supply, ..ideal() });
+        run(&mut machine, 5.0, |_| Bridge::Open);
+        machine
+    };
+    let machine = turned(ideal().supply);
+    let (rpm, torque_nm) = (machine.velocity_rpm(), machine.torque_nm());
+    assert!(
+        (5_500.0..7_000.0).contains(&rpm) && torque_nm < -0.045,
+        "the diodes bear the load: {torque_nm} Nm at {rpm} rpm"
+    );
+    let machine = turned(Supply::default());
+    assert_eq!(machine.supply_v(), HIGHEST_V, "a source that takes nothing back");
+}
+
+#[test]
+fn reversed_encoder_counts_down() {
+    let encoder = Encoder { reversed: true, ..Encoder::default() };
+    let mut machine = ServoMachine::new(ServoSetup { encoder, ..ideal() });
+    machine.place(0.25);
+    assert_eq!(machine.encoder_count(), -1024);
+}
+
+#[test]
+fn everything_stays_finite_whatever_turns_the_shaft() {
+    for load_nm in [1e3, -1e3] {
+        for motor in [ServoMotor::default(), ServoMotor::named("DC").unwrap()] {
+            let mechanics = Mechanics { inertia_kgm2: 1e-9, load_nm, ..ideal().mechanics };
+            let mut machine = ServoMachine::new(ServoSetup { mechanics, motor, ..ServoSetup::default() });
+            for period in 0..20_000 {
+                let open = period / 500 % 2 == 0;
+                machine.step(if open { 1e-4 } else { 1e-5 }, if open { Bridge::Open } else { along(0.3, 12.0) });
+                assert!(machine.is_finite(), "{machine:?}");
+            }
+        }
     }
 }

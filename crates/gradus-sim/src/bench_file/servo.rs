@@ -3,7 +3,7 @@
 use std::fmt;
 
 use gradus_plant::{
-    Encoder, HallSensors, Mechanics, Phases, SERVO_MOTORS, ServoMotor, ServoSetup, Supply, Surroundings,
+    Encoder, HallOrder, HallSensors, Mechanics, Phases, SERVO_MOTORS, ServoMotor, ServoSetup, Supply, Surroundings,
 };
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
@@ -11,7 +11,8 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::ServoDrive;
 use crate::quantity::{
-    amperes, counts, degrees, inductance, inertia, load, millifarads, pole_pairs, resistance, torque, torque_constant,
+    amperes, counts, degrees, flag, hall_offset, inductance, inertia, load, milliamperes, millifarads, pole_pairs,
+    resistance, steps, torque, torque_constant,
 };
 
 const GCM2_PER_KGM2: f64 = 1e7;
@@ -31,9 +32,39 @@ pub(super) struct ServoTable {
     /// Where the magnet points at first, in electrical degrees ahead of phase A.
     #[serde(deserialize_with = "degrees")]
     magnet: f64,
+    hall: HallTable,
     hall_errors: [Degrees; 3],
     encoder: Option<EncoderTable>,
     source: SourceTable,
+    /// Standard deviation of a reading of the current.
+    #[serde(deserialize_with = "steps")]
+    current_noise: f64,
+    seed: u64,
+}
+
+/// How hall sensors are mounted and wired: by the axis parameters 90 to 92 that suit them.
+#[derive(Deserialize, Default)]
+#[serde(default, deny_unknown_fields, expecting = "a table with polarity, direction, offset and order")]
+struct HallTable {
+    #[serde(deserialize_with = "flag")]
+    polarity: f64,
+    #[serde(deserialize_with = "flag")]
+    direction: f64,
+    #[serde(deserialize_with = "hall_offset")]
+    offset: f64,
+    order: Order,
+}
+
+#[derive(Deserialize, Clone, Copy, Default)]
+#[serde(rename_all = "lowercase")]
+enum Order {
+    #[default]
+    Abc,
+    Acb,
+    Bac,
+    Bca,
+    Cab,
+    Cba,
 }
 
 #[derive(Clone, Copy)]
@@ -70,6 +101,8 @@ struct EncoderTable {
     counts_per_turn: u32,
     /// Without one there is no null channel.
     index: Option<u32>,
+    #[serde(default)]
+    reversed: bool,
 }
 
 #[derive(Deserialize)]
@@ -82,6 +115,9 @@ struct SourceTable {
     takes_back: bool,
     #[serde(deserialize_with = "resistance")]
     brake_resistor: f64,
+    /// What the board takes.
+    #[serde(deserialize_with = "milliamperes")]
+    quiescent: f64,
 }
 
 fn one() -> u32 {
@@ -99,17 +135,26 @@ impl Default for ServoTable {
             viscous: viscous_nms,
             load: load_nm,
             magnet: 0.0,
+            hall: HallTable::default(),
             hall_errors: [Degrees(0.0); 3],
             encoder: None,
             source: SourceTable::default(),
+            current_noise: ServoDrive::CURRENT_NOISE,
+            seed: 1,
         }
     }
 }
 
 impl Default for SourceTable {
     fn default() -> Self {
-        let Supply { resistance_ohm, capacitance_f, takes_back, chopper_ohm, .. } = Supply::default();
-        Self { resistance: resistance_ohm, capacitance: capacitance_f * 1e3, takes_back, brake_resistor: chopper_ohm }
+        let Supply { resistance_ohm, capacitance_f, takes_back, chopper_ohm, quiescent_a, .. } = Supply::default();
+        Self {
+            resistance: resistance_ohm,
+            capacitance: capacitance_f * 1e3,
+            takes_back,
+            brake_resistor: chopper_ohm,
+            quiescent: quiescent_a * 1e3,
+        }
     }
 }
 
@@ -136,9 +181,19 @@ impl<'de> Visitor<'de> for DriveVisitor {
     }
 
     fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<Drive, M::Error> {
-        MotorTable::deserialize(MapAccessDeserializer::new(map)).map(|table| Drive(table.build()))
+        let table = MotorTable::deserialize(MapAccessDeserializer::new(map))?;
+        let constant_us = table.inductance / table.resistance * 1e3;
+        if constant_us < SHORTEST_US {
+            return Err(M::Error::custom(format!(
+                "the inductance over the resistance is {constant_us:.3} us; expected at least {SHORTEST_US} us, the PWM period"
+            )));
+        }
+        Ok(Drive(table.build()))
     }
 }
+
+/// The shortest time constant of a winding that steps of a PWM period can follow, in microseconds.
+const SHORTEST_US: f64 = 40.0;
 
 impl MotorTable {
     fn build(&self) -> ServoMotor {
@@ -166,6 +221,7 @@ impl ServoTable {
         let mut drive = ServoDrive::new(self.setup());
         drive.surround(surroundings);
         drive.cut_encoder(self.encoder.is_none());
+        drive.set_current_noise(self.current_noise, self.seed);
         drive
     }
 
@@ -173,6 +229,7 @@ impl ServoTable {
         let encoder = self.encoder.as_ref().map(|encoder| Encoder {
             counts_per_turn: encoder.counts_per_turn,
             index: encoder.index,
+            reversed: encoder.reversed,
             ..Encoder::default()
         });
         ServoSetup {
@@ -183,11 +240,23 @@ impl ServoTable {
                 viscous_nms: self.viscous,
                 load_nm: self.load,
             },
-            hall: HallSensors { placement_error_deg: self.hall_errors.map(|Degrees(error)| error) },
+            hall: self.hall.build(self.hall_errors.map(|Degrees(error)| error)),
             encoder: encoder.unwrap_or_default(),
             magnet_turns: self.magnet / 360.0,
             supply: self.source.build(),
             ..ServoSetup::default()
+        }
+    }
+}
+
+impl HallTable {
+    fn build(&self, placement_error_deg: [f64; 3]) -> HallSensors {
+        HallSensors {
+            placement_error_deg,
+            inverted: self.polarity != 0.0,
+            reversed: self.direction != 0.0,
+            offset_turns: self.offset / 65_536.0,
+            order: HallOrder::ALL[self.order as usize],
         }
     }
 }
@@ -199,6 +268,7 @@ impl SourceTable {
             capacitance_f: self.capacitance * 1e-3,
             takes_back: self.takes_back,
             chopper_ohm: self.brake_resistor,
+            quiescent_a: self.quiescent * 1e-3,
             ..Supply::default()
         }
     }

@@ -31,7 +31,7 @@ fn servo_of_the_module_text_is_a_servo() {
     let default = ServoSetup::default();
     let expected = ServoSetup {
         mechanics: Mechanics { load_nm: 0.02, ..default.mechanics },
-        hall: HallSensors { placement_error_deg: [2.0, -1.0, 0.0] },
+        hall: HallSensors { placement_error_deg: [2.0, -1.0, 0.0], ..HallSensors::default() },
         ..default
     };
     assert_eq!(file.machine.servos[0].plant.setup(), &expected);
