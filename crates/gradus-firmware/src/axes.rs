@@ -85,6 +85,22 @@ pub trait Axes<P> {
     /// Switches the driver on or off; off stops the motor at once.
     fn set_power(&mut self, index: usize, on: bool, ports: &mut P);
 
+    /// A register of one of the chips that drive the axes.
+    ///
+    /// # Errors
+    /// [`Status::INVALID_VALUE`] if there is no such chip or register.
+    fn read_register(&mut self, _chip: u8, _address: u8, _ports: &mut P) -> Result<i32, Status> {
+        Err(Status::INVALID_VALUE)
+    }
+
+    /// Writes it.
+    ///
+    /// # Errors
+    /// The same, also if it cannot be written so.
+    fn write_register(&mut self, _chip: u8, _address: u8, _value: i32, _ports: &mut P) -> Result<(), Status> {
+        Err(Status::INVALID_VALUE)
+    }
+
     /// Levels of the switch inputs.
     fn switches(&mut self, index: usize, ports: &mut P) -> Switches;
 

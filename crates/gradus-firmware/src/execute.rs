@@ -7,6 +7,7 @@
 use gradus_tmcl::catalogue::{Ap, Gp, Mode, Model};
 use gradus_tmcl::{Instruction, MoveKind, Opcode, Search, Status};
 
+use crate::axes::Axes;
 use crate::coordinates::EEPROM;
 use crate::link::Answer;
 use crate::module::Module;
@@ -100,6 +101,11 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::ASCII_MODE => self.enter_ascii()?,
             Opcode::BREAKPOINT => return self.program.breakpoint(kind, value),
             Opcode::CAPTURE => return self.capture(instruction),
+            Opcode::WRITE_REGISTER => {
+                self.axes.write_register(instruction.motor, kind, value, &mut self.ports)?;
+                self.wake_axes();
+            }
+            Opcode::READ_REGISTER => return self.axes.read_register(instruction.motor, kind, &mut self.ports),
             Opcode::GET_INFO => return self.information(kind),
             Opcode::SOFTWARE_RESET if value == CONFIRMATION => self.restart_due = true,
             _ => return Err(Status::INVALID_VALUE),

@@ -42,6 +42,7 @@ mod search_modes;
 mod servo;
 mod servo_encoder;
 mod servo_parameters;
+mod servo_registers;
 mod servo_settings;
 mod settings;
 mod speed;

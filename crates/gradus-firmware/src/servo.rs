@@ -33,6 +33,7 @@ use crate::axes::{Axes, Events, Move, axis_index};
 use crate::ports::{Bridge, Io, Ports, RotorInputs, Supply, Switches};
 use crate::program::NEVER;
 use crate::protection::{Protection, Sight};
+use crate::servo_registers::Chips;
 use crate::servo_settings::ServoDerived;
 use crate::settings::Settings;
 use crate::ticks::Period;
@@ -58,7 +59,7 @@ pub(crate) enum Mode {
 /// The axis of a servo module.
 #[derive(Clone, Debug)]
 pub struct Servo {
-    catalogue: &'static Module,
+    pub(crate) catalogue: &'static Module,
     pub(crate) settings: Settings,
     pub(crate) derived: ServoDerived,
     pub(crate) control: foc::Servo,
@@ -73,6 +74,7 @@ pub struct Servo {
     powered: bool,
     pub(crate) chopping: bool,
     seen: Feedback,
+    pub(crate) chips: Chips,
     /// Ticks until a rotor that no longer moves is at rest.
     pub(crate) quiet_in: u32,
 }
@@ -93,6 +95,7 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
             powered: true,
             chopping: false,
             seen: Feedback::default(),
+            chips: Chips::default(),
             quiet_in: 0,
         }
     }
@@ -151,6 +154,14 @@ impl<P: Ports<Axis: Bridge + RotorInputs + Supply>> Axes<P> for Servo {
     /// Nor coordinates.
     fn coordinate_mut(&mut self, _number: u8, _index: usize) -> Option<&mut i32> {
         None
+    }
+
+    fn read_register(&mut self, chip: u8, address: u8, ports: &mut P) -> Result<i32, Status> {
+        self.read_chip(chip, address, ports.axis(0))
+    }
+
+    fn write_register(&mut self, chip: u8, address: u8, value: i32, ports: &mut P) -> Result<(), Status> {
+        self.write_chip(chip, address, value, ports.axis(0))
     }
 
     fn set_power(&mut self, index: usize, on: bool, ports: &mut P) {
@@ -243,9 +254,16 @@ impl Servo {
     /// MVP and axis parameter 50.
     pub(crate) fn go(&mut self, target: i32) -> Result<(), Status> {
         let inside = self.inside(target).ok_or(Status::INVALID_VALUE)?;
-        self.begin(Mode::Position)?;
+        self.go_inside(inside)?;
         self.target = target;
-        self.control.move_to(inside);
+        Ok(())
+    }
+
+    /// The same to a position as the regulator counts it.
+    pub(crate) fn go_inside(&mut self, position: i32) -> Result<(), Status> {
+        self.begin(Mode::Position)?;
+        self.target = self.outside(position);
+        self.control.move_to(position);
         Ok(())
     }
 

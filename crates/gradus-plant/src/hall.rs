@@ -10,7 +10,7 @@ pub struct HallSensors {
     pub inverted: bool,
     /// They are mounted the other way round: suits axis parameter 91 = 1.
     pub reversed: bool,
-    /// They are turned on by so many electrical turns, from -1 to 1: suits axis parameter 92, 65536 a turn.
+    /// They are turned on by so many electrical turns, from -1 to 1: suits axis parameter 93, 65536 a turn.
     pub offset_turns: f64,
     /// Which sensor each of the module's inputs is connected to.
     pub order: HallOrder,

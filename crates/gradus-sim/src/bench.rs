@@ -8,6 +8,7 @@ use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_1617, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
+use crate::notices::{self, Notice, Notices};
 use crate::{Eeprom, Firmware, Machine};
 
 /// The modules whose firmware really runs; the others are in the catalogue only.
@@ -49,6 +50,7 @@ pub struct Bench {
     links: u32,
     /// Since when the module does nothing although it has power.
     hung_since_us: Option<u64>,
+    notices: Notices,
 }
 
 /// The board with and without power. The firmware's time starts anew with the power.
@@ -63,7 +65,15 @@ impl Bench {
     pub fn new(catalogue: &'static catalogue::Module, mut machine: Machine, eeprom: Eeprom) -> Self {
         machine.fit(catalogue);
         let board = Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us: 0 };
-        Self { catalogue, now_us: 0, board, schedule: VecDeque::new(), links: 0, hung_since_us: None }
+        Self {
+            catalogue,
+            now_us: 0,
+            board,
+            schedule: VecDeque::new(),
+            links: 0,
+            hung_since_us: None,
+            notices: Notices::default(),
+        }
     }
 
     /// A module with an erased EEPROM on a machine of default motors without switches.
@@ -145,6 +155,7 @@ impl Bench {
             && self.hung_since_us.is_none()
         {
             firmware.poll(to_us.saturating_sub(*since_us));
+            self.notices.look(to_us, firmware);
         }
     }
 
@@ -367,6 +378,16 @@ impl Bench {
     /// Sets a register of the program; false without power and for a program counter past the end of memory.
     pub fn set_program(&mut self, register: Register, value: i32) -> bool {
         self.firmware().is_some_and(|firmware| firmware.set_register(register, value))
+    }
+
+    /// What has happened by itself since the last call, such as a drive that has been switched off.
+    pub fn take_notices(&mut self) -> Vec<Notice> {
+        if self.notices.is_empty() { Vec::new() } else { self.notices.take() }
+    }
+
+    /// What keeps the driver of a servo module off, with what to do; nothing of other modules.
+    pub fn why_off(&mut self) -> Vec<String> {
+        self.firmware().map_or_else(Vec::new, notices::why_off)
     }
 
     /// An axis parameter as GAP reads it; `None` without power and for what the module lacks.

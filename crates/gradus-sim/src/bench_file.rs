@@ -65,7 +65,7 @@
 //! ```
 //!
 //! `hall` says how the sensors are mounted and wired, by the settings that suit them: with `polarity = 1` axis parameter 90 must be 1,
-//! with `direction = 1` axis parameter 91, and axis parameter 92 must be `offset`, 65536 an electrical turn. `order` are the sensors at the
+//! with `direction = 1` axis parameter 91, and axis parameter 93 must be `offset`, 65536 an electrical turn. `order` are the sensors at the
 //! three inputs, as wires that have been mixed up. With a `reversed` encoder axis parameter 101 must be 1. A `source` that takes nothing
 //! back lets the voltage rise while the motor brakes; the board's `quiescent` current brings it down again.
 //!

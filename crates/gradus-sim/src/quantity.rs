@@ -124,7 +124,7 @@ quantities! {
     milliamperes: Number::any("milliamperes", 0.0, 1e4);
     /// Noise of a converter.
     steps: Number::any("steps", 0.0, 1e3);
-    /// An angle of axis parameter 92.
+    /// An angle of axis parameter 93.
     hall_offset: Number::whole(-32_768.0, 32_767.0);
     /// An axis parameter that is on or off.
     flag: Number::whole(0.0, 1.0);

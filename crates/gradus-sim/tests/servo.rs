@@ -1,9 +1,10 @@
 //! A TMCM-1617 with its firmware on its machine: a host's commands, and what the shaft makes of them.
 
 use gradus_plant::{Encoder, HallSensors, Mechanics, ServoMachine, ServoMotor, ServoSetup, Supply};
-use gradus_sim::{Bench, Eeprom, Link, LinkKind, Machine, ServoDrive, console};
+use gradus_sim::{Bench, BenchFile, Eeprom, Link, LinkKind, Machine, ServoDrive, console};
 use gradus_tmcl::catalogue::{Ap, TMCM_1617};
 use gradus_tmcl::{Instruction, Reply, Request};
+use proptest::prelude::*;
 
 /// Settings that the maker's example has for a QBL4208-61, but a stiffer position regulator.
 const TUNED: &str = "SAP 70, 0, 600; SAP 71, 0, 600; SAP 72, 0, 800; SAP 73, 0, 500; SAP 74, 0, 2000";
@@ -271,6 +272,185 @@ fn chopper_keeps_the_supply_down_while_the_motor_brakes() {
     assert!(without >= 31.9 && tripped != 0, "over-voltage: {without} V");
     let (with, tripped) = brake(1);
     assert!((26.9..28.0).contains(&with) && tripped == 0, "{with} V");
+}
+
+/// Brakes from 4000 rpm with the module's defaults, until the over-voltage has switched the drive off.
+fn braked_to_over_voltage() -> Host {
+    let setup = ServoSetup {
+        mechanics: Mechanics { inertia_kgm2: 3e-5, ..ServoSetup::default().mechanics },
+        ..ServoSetup::default()
+    };
+    let mut host = Host::new(setup);
+    host.all("SAP 15, 0, 3; ROR 0, 4000");
+    host.run_ms(5000);
+    near(host.rpm(), 4000.0, 60.0, "full speed");
+    host.all("SAP 45, 0, 0; ROR 0, 0");
+    while host.flags() & 1 << 2 == 0 {
+        host.run_ms(1);
+        assert!(host.bench.now() < 6_000_000, "no over-voltage: {} V", host.plant().supply_v());
+    }
+    host
+}
+
+#[test]
+fn drive_comes_back_after_braking_has_charged_the_supply() {
+    let mut host = braked_to_over_voltage();
+    let notices = host.bench.take_notices();
+    let [notice] = notices.as_slice() else { panic!("{notices:?}") };
+    for words in ["over-voltage", "takes no energy back", "140 to 144"] {
+        assert!(notice.text.contains(words), "{words}: {}", notice.text);
+        assert!(console::execute("show", &mut host.bench).unwrap().contains(words), "{words}");
+    }
+    host.run_ms(1000);
+    assert_eq!(host.flags() & 0xef, 0, "{} V", host.plant().supply_v());
+    host.all("SAP 140, 0, 1; SAP 141, 0, 270; ROR 0, 300");
+    host.run_ms(3000);
+    near(host.rpm(), 300.0, 20.0, "it runs again");
+    assert!(!console::execute("show", &mut host.bench).unwrap().contains("the drive is off"));
+}
+
+#[test]
+fn loss_of_power_discharges_the_supply() {
+    let mut host = braked_to_over_voltage();
+    assert!(host.plant().supply_v() > 31.0);
+    host.say("power off");
+    host.say("power on");
+    near(host.plant().supply_v(), 24.0, 0.01, "volts");
+    assert_eq!(host.get(Ap::StatusFlags) & 0xef, 0);
+}
+
+#[test]
+fn failed_initialisation_says_what_to_look_at() {
+    let mut host = Host::set_up("SAP 101, 0, 1; SAP 15, 0, 3");
+    host.run_ms(1500);
+    assert_eq!(host.exchange("MVP ABS, 0, 5").0, 6);
+    assert_eq!(host.flags() & (1 << 7 | 1 << 15), 1 << 7);
+    let text = &host.bench.take_notices()[0].text;
+    assert!(text.contains("initialisation of the encoder has failed") && text.contains("100, 101"), "{text}");
+    assert!(host.bench.take_notices().is_empty());
+}
+
+#[test]
+fn hall_sensors_commutate_with_the_settings_that_suit_their_wiring() {
+    let wirings = [
+        ("polarity = 1", "SAP 90, 0, 1"),
+        ("direction = 1, offset = 10000", "SAP 91, 0, 1; SAP 93, 0, 10000"),
+        ("polarity = 1, direction = 1, offset = -7000", "SAP 90, 0, 1; SAP 91, 0, 1; SAP 93, 0, -7000"),
+        ("order = \"bca\", offset = -21845", "SAP 93, 0, 0"),
+    ];
+    for (wiring, settings) in wirings {
+        let text = format!("module = \"tmcm-1617\"\n[servo]\nhall = {{ {wiring} }}");
+        let mut bench = BenchFile::parse(&text).unwrap().build(Eeprom::of(&TMCM_1617));
+        let link = bench.attach(LinkKind::Usb, 0);
+        let mut host = Host { bench, link };
+        host.all(&format!("{settings}; SAP 92, 0, 1; SAP 15, 0, 2; ROR 0, 1000"));
+        host.run_ms(1500);
+        near(host.rpm(), 1000.0, 30.0, wiring);
+    }
+}
+
+#[test]
+fn reversed_encoder_suits_the_other_direction() {
+    for (reversed, direction, ok) in [(true, 1, true), (true, 0, false), (false, 0, true)] {
+        let text =
+            format!("module = \"tmcm-1617\"\n[servo]\nencoder = {{ counts_per_turn = 4096, reversed = {reversed} }}");
+        let mut bench = BenchFile::parse(&text).unwrap().build(Eeprom::of(&TMCM_1617));
+        let link = bench.attach(LinkKind::Usb, 0);
+        let mut host = Host { bench, link };
+        host.all(&format!("SAP 101, 0, {direction}; SAP 15, 0, 3"));
+        host.run_ms(1500);
+        assert_eq!(host.flags() & 1 << 7 == 0, ok, "{reversed} {direction}");
+    }
+}
+
+#[test]
+fn currents_at_rest_have_noise_of_a_step() {
+    let mut host = Host::new(ServoSetup::default());
+    let readings: Vec<f64> = (0..1000).map(|_| f64::from(host.exchange("GAP 0, 0").1)).collect();
+    let mean = readings.iter().sum::<f64>() / 1000.0;
+    let deviation = (readings.iter().map(|reading| (reading - mean).powi(2)).sum::<f64>() / 1000.0).sqrt();
+    near(mean, 32_767.0, 0.2, "mean");
+    near(deviation, 1.0, 0.15, "deviation");
+    let mut quiet = Host::new(ServoSetup::default());
+    quiet.bench.machine().servos[0].set_current_noise(0.0, 1);
+    assert!((0..100).all(|_| quiet.exchange("GAP 0, 0").1 == 32_767));
+}
+
+/// A line of the console that its table knows, or a command.
+fn anything() -> impl Strategy<Value = String> {
+    let real = |name: &'static str, limit: f64| (-limit..limit).prop_map(move |value| format!("{name} {value}"));
+    let lines = prop_oneof![
+        real("load 0", 1000.0),
+        real("push 0", 36_000.0),
+        (0.0..1000.0).prop_map(|value| format!("friction 0 {value}")),
+        (0.0..60.0).prop_map(|value| format!("supply {value}")),
+        (-55.0..200.0).prop_map(|value| format!("temperature 0 {value}")),
+        (-55.0..200.0).prop_map(|value| format!("temperature board {value}")),
+        prop::sample::select(vec![
+            "load 0 0",
+            "block 0",
+            "block 0 off",
+            "encoder 0 off",
+            "encoder 0 on",
+            "hall 0 a stuck 1",
+            "hall 0 a ok",
+            "gate 0 fault",
+            "gate 0 ok",
+            "power off",
+            "power on",
+            "reset",
+            "supply 24",
+            "friction 0 0.001",
+        ])
+        .prop_map(str::to_owned),
+    ];
+    let rows = TMCM_1617.axis_parameters;
+    let setting = (0..rows.len(), any::<bool>()).prop_map(move |(row, most)| {
+        let row = &rows[row];
+        format!("! SAP {}, 0, {}", row.number, if most { row.max as i32 } else { row.min as i32 })
+    });
+    let motion = prop::sample::select(vec![
+        "! SAP 15, 0, 1",
+        "! SAP 15, 0, 2",
+        "! SAP 15, 0, 3",
+        "! ROR 0, 4000",
+        "! ROL 0, 4000",
+        "! ROR 0, 200000",
+        "! MVP ABS, 0, 1000000",
+        "! MVP REL, 0, -2147483648",
+        "! SAP 30, 0, 18000",
+        "! SAP 255, 0, 1",
+        "! SAP 102, 0, 2",
+        "! SAP 140, 0, 1",
+    ]);
+    prop_oneof![3 => lines, 1 => setting, 3 => motion.prop_map(str::to_owned)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_reading_is_finite_whatever_happens(steps in prop::collection::vec((anything(), 0..80_u64), 1..25)) {
+        let mut host = Host::new(ServoSetup::default());
+        for (line, ms) in steps {
+            match line.strip_prefix("! ") {
+                Some(command) => {
+                    let instruction = Instruction::parse(command, &TMCM_1617).unwrap();
+                    host.bench.send(&mut host.link, &Request { address: 1, instruction }.emit());
+                    while host.bench.take(&mut host.link).is_some() {}
+                }
+                None => host.say(&line),
+            }
+            host.run_ms(ms);
+            let plant = host.plant();
+            prop_assert!(plant.is_finite(), "{line}: {plant:?}");
+            let powers = format!("{:?}", plant.powers());
+            prop_assert!(!powers.contains("NaN") && !powers.contains("inf"), "{line}: {powers}");
+            for row in TMCM_1617.axis_parameters {
+                host.bench.axis_parameter(0, row.id);
+            }
+        }
+    }
 }
 
 #[test]

@@ -198,6 +198,10 @@ impl Opcode {
     pub const BREAKPOINT: Self = Self(141);
     /// Capture (RAMDEBUG).
     pub const CAPTURE: Self = Self(142);
+    /// Write a register of a chip (WRITE_MC of PyTrinamic).
+    pub const WRITE_REGISTER: Self = Self(146);
+    /// Read a register of a chip (READ_MC of PyTrinamic).
+    pub const READ_REGISTER: Self = Self(148);
     /// Get information.
     pub const GET_INFO: Self = Self(157);
     /// Software reset.

@@ -14,7 +14,7 @@ fn reads_and_absolute_writes_may_be_repeated_and_nothing_else() {
             Effect::Read,
             ["GAP 1, 0", "GGP 66, 0", "GIO 0, 1", "GCO 1, 0", "RFS STATUS, 0", "DATA 134, 0, 0, 5"].as_slice(),
         ),
-        (Effect::Read, &["DATA 135, 1, 0, 0", "DATA 136, 1, 0, 0", "DATA 157, 0, 0, 0"]),
+        (Effect::Read, &["DATA 135, 1, 0, 0", "DATA 136, 1, 0, 0", "DATA 148, 0, 0, 0", "DATA 157, 0, 0, 0"]),
         (
             Effect::Set,
             &["SAP 4, 0, 1000", "SGP 0, 2, 1", "SIO 0, 2, 1", "ROR 0, 5", "ROL 0, 5", "MST 0", "SCO 1, 0, 9"],

@@ -5,5 +5,6 @@ mod modes;
 mod parameters;
 mod properties;
 mod protection;
+mod registers;
 mod support;
 mod ticks;

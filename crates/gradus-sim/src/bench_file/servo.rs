@@ -42,7 +42,7 @@ pub(super) struct ServoTable {
     seed: u64,
 }
 
-/// How hall sensors are mounted and wired: by the axis parameters 90 to 92 that suit them.
+/// How hall sensors are mounted and wired: by the axis parameters 90, 91 and 93 that suit them.
 #[derive(Deserialize, Default)]
 #[serde(default, deny_unknown_fields, expecting = "a table with polarity, direction, offset and order")]
 struct HallTable {

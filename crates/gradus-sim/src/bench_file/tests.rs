@@ -74,6 +74,36 @@ fn tables_are_those_of_the_module() {
 }
 
 #[test]
+fn wiring_supply_and_noise_of_a_servo_have_keys() {
+    let text = "module = 'tmcm-1617'\n[servo]\nhall = { polarity = 1, direction = 1, offset = -16384, order = 'cab' }\n\
+                encoder = { counts_per_turn = 1000, reversed = true }\nsource = { quiescent = 200 }\ncurrent_noise = 3\nseed = 9";
+    let drive = &parsed(text).machine.servos[0];
+    let ServoSetup { hall, encoder, supply, .. } = *drive.plant.setup();
+    assert_eq!((hall.inverted, hall.reversed, hall.offset_turns, hall.order.0), (true, true, -0.25, [2, 0, 1]));
+    assert_eq!((encoder.reversed, supply.quiescent_a), (true, 0.2));
+    let mut expected = drive.clone();
+    expected.set_current_noise(3.0, 9);
+    assert_eq!(*drive, expected);
+}
+
+#[test]
+fn wiring_that_cannot_be_is_refused() {
+    let problem =
+        |key: &str| BenchFile::parse(&format!("module = 'tmcm-1617'\n[servo]\n{key}")).unwrap_err().to_string();
+    for (key, words) in [
+        ("hall = { polarity = 2 }", "a whole number from 0 to 1"),
+        ("hall = { offset = 65536 }", "from -32768 to 32767"),
+        ("hall = { order = 'aab' }", "expected one of `abc`, `acb`, `bac`, `bca`, `cab`, `cba`"),
+        ("hall = { turned = 1 }", "unknown field `turned`"),
+        ("source = { quiescent = -1 }", "milliamperes from 0 to 10000"),
+        ("current_noise = -1", "steps from 0 to 1000"),
+        ("motor = { resistance = 100, inductance = 1, torque_constant = 0.1, current = 1, inertia = 10 }", "10.000 us"),
+    ] {
+        assert!(problem(key).contains(words), "{key}: {}", problem(key));
+    }
+}
+
+#[test]
 fn what_is_not_named_does_not_exist() {
     let file = parsed("module = \"TMCM-3351\"");
     assert_eq!((file.module.name, file.events.len(), file.machine.axes.len()), ("TMCM-3351", 0, 3));

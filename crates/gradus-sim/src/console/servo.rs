@@ -85,7 +85,9 @@ fn change_mechanics(bench: &mut Bench, axis: f64, change: impl FnOnce(&mut Mecha
 
 /// What instruments at the servos show.
 pub(super) fn show(bench: &mut Bench) -> String {
-    (0..bench.machine().servos.len()).map(|axis| show_servo(bench, axis)).collect()
+    let servos: String = (0..bench.machine().servos.len()).map(|axis| show_servo(bench, axis)).collect();
+    let off: String = bench.why_off().iter().map(|reason| format!("        the drive is off: {reason}\n")).collect();
+    servos + &off
 }
 
 fn show_servo(bench: &mut Bench, axis: usize) -> String {

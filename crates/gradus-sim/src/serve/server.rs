@@ -27,7 +27,7 @@ use super::source::Source;
 use super::terminal::Console;
 use super::waiter::{Interest, Waiter};
 use crate::slots::put;
-use crate::{EepromError, Passed, Rig};
+use crate::{EepromError, Notice, Passed, Rig};
 
 /// While anything moves, virtual time goes on in steps of this much wall time.
 const STEP: Duration = Duration::from_millis(1);
@@ -273,6 +273,7 @@ impl Server {
             }
             self.deliver()?;
             self.tell();
+            self.give_notice(&mut console);
         }
         self.tell();
         for bench in self.rig.benches() {
@@ -285,6 +286,26 @@ impl Server {
     fn tell(&mut self) {
         if let Some(tap) = &mut self.tap.0 {
             self.rig.take_passed().iter().for_each(tap);
+        }
+    }
+
+    /// Says what has happened by itself.
+    fn give_notice(&mut self, console: &mut Option<Console>) {
+        let notices: Vec<(usize, Notice)> = self
+            .rig
+            .benches()
+            .iter_mut()
+            .enumerate()
+            .flat_map(|(module, bench)| bench.take_notices().into_iter().map(move |notice| (module, notice)))
+            .collect();
+        for (module, Notice { at_us, text }) in notices {
+            let names = self.rig.module_names();
+            let name = if names.len() > 1 { format!("{}: ", names[module]) } else { String::new() };
+            let line = format!("{:.3} s: {name}{text}\n", at_us as f64 * 1e-6);
+            match console {
+                Some(console) => console.say(&line),
+                None => drop(io::stderr().write_all(line.as_bytes())),
+            }
         }
     }
 

@@ -62,6 +62,11 @@ impl Console {
         }
     }
 
+    /// Says something unasked. What cannot be printed cannot be helped.
+    pub(crate) fn say(&mut self, text: &str) {
+        let _ = self.messages.write_all(text.as_bytes()).and_then(|()| self.messages.flush());
+    }
+
     fn split(&mut self, bytes: &[u8], rig: &mut Rig) {
         for part in bytes.split_inclusive(|byte| *byte == b'\n') {
             self.pending.extend_from_slice(part);

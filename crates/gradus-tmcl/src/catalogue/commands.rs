@@ -47,6 +47,11 @@ pub(crate) const FIELDS: [Operand; 3] = [
     operand("motor", Motor, OperandKind::Number),
     operand("value", Value, OperandKind::Number),
 ];
+const REGISTER: [Operand; 3] = [
+    operand("register", Kind, OperandKind::Number),
+    operand("chip", Motor, OperandKind::Number),
+    operand("value", Value, OperandKind::Number),
+];
 const USER: &[Operand] = &[FIELDS[0].optional(), FIELDS[1].optional(), FIELDS[2].optional()];
 
 const ALL: &[Model] = &[Tmcm3351, Tmcm1617, Tmcm351];
@@ -258,6 +263,8 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::ASCII_MODE, "", "enter ASCII mode", &[], [Absent, Absent, Direct, Direct], No),
     row(Opcode::BREAKPOINT, "", "breakpoints", &[ACTION, ADDRESS], [Direct, Direct, Absent, Direct], No),
     row(Opcode::CAPTURE, "", "capture samples", &FIELDS, [Direct, Direct, Direct, Direct], No),
+    row(Opcode::WRITE_REGISTER, "", "write a register of a chip", &REGISTER, [Absent, Direct, Absent, Absent], No),
+    row(Opcode::READ_REGISTER, "", "read a register of a chip", &REGISTER, [Absent, Direct, Absent, Absent], No).reads(),
     row(Opcode::GET_INFO, "", "get information", &[ENTRY], [Direct, Direct, Absent, Direct], No).reads(),
     row(Opcode::SOFTWARE_RESET, "", "software reset", &[CODE], [Direct, Direct, Absent, Absent], No),
 ];

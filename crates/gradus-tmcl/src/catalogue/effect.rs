@@ -23,6 +23,7 @@ const READS: &[Opcode] = &[
     Opcode::READ_MEMORY,
     Opcode::APPLICATION_STATUS,
     Opcode::FIRMWARE_VERSION,
+    Opcode::READ_REGISTER,
     Opcode::GET_INFO,
 ];
 
