@@ -40,7 +40,7 @@ fn what_is_unknown_is_not_repeated() {
 
 #[test]
 fn while_a_line_is_stopped_pass_stops_and_what_only_reads() {
-    let reads = [10, 6, 15, 31, 134, 135, 136, 157]; // GAP is 6, GGP 10, GIO 15, GCO 31
+    let reads = [10, 6, 15, 31, 134, 135, 136, 148, 157]; // GAP is 6, GGP 10, GIO 15, GCO 31
     let stops = [3, 128, 133];
     for number in 0..=255 {
         let expected = match number {
