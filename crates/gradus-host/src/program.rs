@@ -168,6 +168,26 @@ impl Session {
         Ok(())
     }
 
+    /// Reads the program of the module up to its end mark. Empty as well if the module is protected against reading back.
+    /// `progress` is told how many commands are read.
+    ///
+    /// # Errors
+    /// When the line is broken or does not let commands through.
+    pub fn upload(&mut self, mut progress: impl FnMut(usize)) -> Result<Vec<Instruction>, Error> {
+        let job = self.line().job();
+        let mut program = Vec::new();
+        for address in 0..self.module()?.program_len {
+            self.line().go_on(job)?;
+            let command = self.read_memory(address)?;
+            if command == Instruction::default() {
+                break;
+            }
+            program.push(command);
+            progress(program.len());
+        }
+        Ok(program)
+    }
+
     /// Starts the program where its program counter stands.
     ///
     /// # Errors

@@ -1,5 +1,7 @@
 //! Finding modules: on serial ports at all rates, at all addresses, on CAN buses at all identifiers.
 //!
+//! A [`plan`] asks for a module as it is delivered first, at every rate: that takes about a second. Then comes the rest.
+//!
 //! Each place is asked one harmless question (the probe by which a session gets in step), so that nothing of a module is changed.
 //! At a wrong baud rate a module hears noise, which its address and its checksum let pass hardly ever. One whose replies are
 //! suppressed is not found.
@@ -56,8 +58,8 @@ fn interfaces() -> impl Iterator<Item = String> {
     })
 }
 
-/// The lines to try for a port: a serial port at all rates, unless it names one other than the default.
-pub fn lines(url: &Url) -> Vec<Url> {
+/// The lines of a port: a serial port at all rates, unless it names one other than the default.
+fn lines(url: &Url) -> Vec<Url> {
     let Place::Serial { path, baud, rs485 } = &url.place else { return vec![url.clone()] };
     let rates = if *baud == BAUD_RATES[0] { BAUD_RATES.as_slice() } else { &[*baud] };
     let at =
@@ -70,13 +72,30 @@ pub fn addresses(url: &Url) -> RangeInclusive<u16> {
     if matches!(url.place, Place::Can { .. }) { 1..=2047 } else { 1..=255 }
 }
 
-/// Asks every address of a line. `progress` is told each address before it is asked, and ends the search by `false`.
+/// Addresses to ask on a line.
+#[derive(Clone, Debug)]
+pub struct Leg {
+    /// The line.
+    pub line: Url,
+    /// The addresses.
+    pub addresses: Vec<u16>,
+}
+
+/// What to ask, in this order: the address of a module as it is delivered on every line, then the other addresses on every line.
+pub fn plan(url: &Url, addresses: &RangeInclusive<u16>) -> Vec<Leg> {
+    let factory = Url::to(url.place.clone()).address.module;
+    let (first, rest): (Vec<u16>, Vec<u16>) = addresses.clone().partition(|address| *address == factory);
+    let legs = |addresses: Vec<u16>| lines(url).into_iter().map(move |line| Leg { line, addresses: addresses.clone() });
+    legs(first).chain(legs(rest)).filter(|leg| !leg.addresses.is_empty()).collect()
+}
+
+/// Asks addresses of a line. `progress` is told each address before it is asked, and ends the search by `false`.
 ///
 /// # Errors
 /// When the line does not open or breaks.
 pub fn scan(
     url: &Url,
-    addresses: RangeInclusive<u16>,
+    addresses: impl IntoIterator<Item = u16>,
     mut progress: impl FnMut(u16) -> bool,
 ) -> Result<Vec<Found>, Error> {
     let line = Line::open(url)?;
@@ -132,4 +151,35 @@ fn identify(url: &Url, session: &mut Session) -> Result<Found, Error> {
         address: module,
         axes: known.map_or(0, |module| module.axes),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_module_as_delivered_is_looked_for_first_at_every_rate() {
+        let legs = plan(&"/dev/ttyUSB0".parse().unwrap(), &(1..=255));
+        assert_eq!(legs.len(), 2 * BAUD_RATES.len());
+        let rate = |leg: &Leg| match leg.line.place {
+            Place::Serial { baud, .. } => baud,
+            _ => 0,
+        };
+        let (first, rest) = legs.split_at(BAUD_RATES.len());
+        assert_eq!(first.iter().map(rate).collect::<Vec<_>>(), BAUD_RATES);
+        assert_eq!(rest.iter().map(rate).collect::<Vec<_>>(), BAUD_RATES);
+        assert!(first.iter().all(|leg| leg.addresses == [1]));
+        assert!(rest.iter().all(|leg| leg.addresses == (2..=255).collect::<Vec<_>>()));
+    }
+
+    #[test]
+    fn a_plan_asks_no_address_that_is_not_wanted_and_none_twice() {
+        let asked = |port: &str, addresses: RangeInclusive<u16>| {
+            let legs = plan(&port.parse().unwrap(), &addresses);
+            legs.into_iter().map(|leg| (leg.line.to_string(), leg.addresses)).collect::<Vec<_>>()
+        };
+        let line = "serial:/dev/ttyUSB0?baud=115200";
+        assert_eq!(asked(line, 5..=6), [(line.into(), vec![5, 6])]);
+        assert_eq!(asked("can:can0", 1..=3), [("can:can0".into(), vec![1]), ("can:can0".into(), vec![2, 3])]);
+    }
 }

@@ -9,6 +9,7 @@ use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
 use std::thread;
 
+use gradus_host::scan::{addresses, plan, scan};
 use gradus_host::{Error, Session, Url};
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::slcan::{Command, LineReader, Text};
@@ -202,4 +203,18 @@ fn a_port_that_does_not_open_says_why() {
         let message = failure(&url);
         assert!(message.contains(expected), "{url}: {message}");
     }
+}
+
+/// The first part of a search: one question at every baud rate of a port behind which nobody answers.
+#[test]
+fn a_module_as_delivered_would_be_found_in_about_a_second() {
+    let (_module, path) = pty();
+    let url: Url = path.to_str().unwrap().parse().unwrap();
+    let start = std::time::Instant::now();
+    let legs = plan(&url, &addresses(&url));
+    for leg in legs.iter().filter(|leg| leg.addresses == [1]) {
+        assert_eq!(scan(&leg.line, leg.addresses.iter().copied(), |_| true).unwrap(), []);
+    }
+    println!("{:?}", start.elapsed());
+    assert!(start.elapsed() < std::time::Duration::from_secs(5), "{:?}", start.elapsed());
 }

@@ -105,6 +105,18 @@ impl Port {
         self.open_target(&target)
     }
 
+    /// Opens the line alone, and asks no module anything.
+    ///
+    /// # Errors
+    /// When it does not open.
+    pub fn line(&self) -> anyhow::Result<(Line, Url)> {
+        let target = self.target(None)?;
+        target.announce();
+        let line = Line::open(&target.url)?;
+        self.record(&line)?;
+        Ok((line, target.url))
+    }
+
     fn open_target(&self, target: &Target) -> anyhow::Result<Conversation> {
         target.announce();
         Ok(Conversation { session: self.session(&target.url)?, verbose: self.verbose })
@@ -164,6 +176,20 @@ impl Port {
         }
         Ok(())
     }
+}
+
+/// Nothing comes of what a command leaves in a virtual module that ends with it.
+///
+/// # Errors
+/// When the module is one.
+pub fn stays(session: &mut Session) -> anyhow::Result<()> {
+    if session.bench().is_some() {
+        bail!(
+            "{} ends with this command; name a port, or use `gradus run`, or `gradus sim` and its port",
+            session.port()
+        );
+    }
+    Ok(())
 }
 
 impl Target {

@@ -347,11 +347,99 @@ fn a_stop_lasts_on_a_served_line_until_it_is_released() {
     assert_eq!(gradus(&["stop", "--state", "--port", &url]).1, "stopped\n");
     let (status, _, complaint) = gradus(&["cmd", "--port", &url, "MVP ABS, 0, 1000"]);
     assert_eq!(status, Some(1), "{complaint}");
-    assert_eq!(client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap_err().to_string().contains("refused"), true);
+    assert!(client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap_err().to_string().contains("refused"));
     assert_eq!(gradus(&["stop", "--release", "--port", &url]).1, "released\n");
     client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap();
     drop(client);
     broker.stop();
+}
+
+/// A program that turns motor 1 for ever, in a file.
+fn turning(folder: &tempfile::TempDir) -> String {
+    let file = folder.path().join("turning.tmc");
+    std::fs::write(&file, "Start: ROR 1, 20000\nWAIT TICKS, 0, 10\nJA Start\n").unwrap();
+    text(&file).into()
+}
+
+#[test]
+fn a_program_is_loaded_started_watched_and_stopped_by_commands_of_their_own() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let file = turning(&folder);
+    let (status, told, complaint) = gradus(&["load", &file, "--port", &url]);
+    assert_eq!((status, told), (Some(0), format!("{file}: 4 commands written to {url} and compared\n")), "{complaint}");
+    let shown = gradus(&["status", "--port", &url]).1;
+    assert!(shown.starts_with(&format!("TMCM-3351 at {url}\nprogram: stopped, address 0\n")), "{shown}");
+
+    assert_eq!(gradus(&["start", "--port", &url]).1, "the program runs, from address 0\n");
+    let (status, lines, complaint) =
+        gradus(&["watch", "--port", &url, "--for", "2500ms", "--every", "500ms", "--axes", "1"]);
+    assert_eq!(status, Some(0), "{complaint}");
+    assert!(lines.lines().count() >= 4 && lines.lines().last().unwrap().ends_with("20000"), "{lines}");
+    let json: serde_json::Value = serde_json::from_str(&gradus(&["status", "--port", &url, "--json"]).1).unwrap();
+    assert_eq!((&json["program"], &json["axes"][1]["speed"]), (&"running".into(), &20_000.into()), "{json}");
+
+    assert_eq!(gradus(&["stop", "--port", &url]).0, Some(0));
+    let shown = gradus(&["status", "--port", &url]).1;
+    assert!(shown.contains("program: stopped"), "{shown}");
+    let source = gradus(&["disasm", "--port", &url]).1;
+    assert!(source.contains("ROR 1, 20000") && source.contains("JA "), "{source}");
+    sim.stop();
+}
+
+#[test]
+fn a_program_that_is_loaded_to_start_by_itself_does_so_after_a_power_cut() {
+    let mut sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let (status, told, complaint) = gradus(&["load", &turning(&folder), "--port", &url, "--autostart", "--start"]);
+    assert_eq!(status, Some(0), "{complaint}");
+    assert!(told.ends_with("it starts at power-up\nit runs\n"), "{told}");
+    writeln!(sim.input, "power off\npower on").unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    let shown = gradus(&["status", "--port", &url]).1;
+    assert!(shown.contains("program: running"), "{shown}");
+    sim.stop();
+}
+
+#[test]
+fn nothing_is_left_in_a_virtual_module_that_ends_with_the_command() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in [vec!["load", &turning(&folder)], vec!["start"], vec!["watch"]] {
+        let (status, _, complaint) = gradus(&[command.as_slice(), &["--port", "sim:tmcm-3351"]].concat());
+        assert_eq!(status, Some(1), "{command:?}");
+        assert!(complaint.contains("sim:tmcm-3351 ends with this command; name a port"), "{complaint}");
+    }
+}
+
+#[test]
+fn a_run_that_loses_its_module_says_that_motors_may_move() {
+    let mut sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let run = Command::new(GRADUS).args(["run", &turning(&folder), "--port", &url]).stderr(Stdio::piped()).spawn();
+    let run = run.unwrap();
+    std::thread::sleep(Duration::from_secs(2));
+    sim.process.kill().unwrap();
+    sim.process.wait().unwrap();
+    let output = run.wait_with_output().unwrap();
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{complaint}");
+    assert!(complaint.contains("error: program and motors may still move: "), "{complaint}");
+}
+
+#[test]
+fn a_search_that_is_interrupted_says_how_far_it_was() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let url = format!("tcp:{}", listener.local_addr().unwrap());
+    let scan = Command::new(GRADUS).args(["scan", "--port", &url]).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    kill(&scan, "INT");
+    let output = scan.wait_with_output().unwrap();
+    let complaint = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(130), "{complaint}");
+    assert!(
+        complaint.contains("interrupted in part 2 of 2, before address ") && complaint.contains(&url),
+        "{complaint}"
+    );
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod config;
 mod direct;
 mod disasm;
 mod get;
+mod load;
 mod man;
 mod params;
 mod replay;
@@ -15,11 +16,14 @@ mod serve;
 mod set;
 #[cfg(unix)]
 mod sim;
+mod start;
 mod stats;
+mod status;
 mod stop;
 mod trace;
 mod tune;
 mod units;
+mod watch;
 
 use std::io::Write;
 
@@ -29,12 +33,16 @@ pub enum Command {
     #[cfg(unix)]
     Sim(sim::Sim),
     Run(run::Run),
+    Load(load::Load),
+    Start(start::Start),
+    Stop(stop::Stop),
+    Status(status::Status),
+    Watch(watch::Watch),
     Asm(asm::Asm),
     Disasm(disasm::Disasm),
     Cmd(direct::Direct),
     Get(get::Get),
     Set(set::Set),
-    Stop(stop::Stop),
     Params(params::Params),
     Config(config::Configure),
     Scan(scan::Scan),
@@ -66,12 +74,16 @@ impl Command {
             #[cfg(unix)]
             Self::Sim(sim) => sim.run(out),
             Self::Run(run) => run.run(out),
+            Self::Load(load) => load.run(out),
+            Self::Start(start) => start.run(out),
+            Self::Stop(stop) => stop.run(out),
+            Self::Status(status) => status.run(out),
+            Self::Watch(watch) => watch.run(out),
             Self::Asm(asm) => asm.run(out),
             Self::Disasm(disasm) => disasm.run(out),
             Self::Cmd(direct) => direct.run(out),
             Self::Get(get) => get.run(out),
             Self::Set(set) => set.run(out),
-            Self::Stop(stop) => stop.run(out),
             Self::Params(params) => params.run(out),
             Self::Config(config) => config.run(out),
             Self::Scan(scan) => scan.run(out),

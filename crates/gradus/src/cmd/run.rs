@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use gradus_host::{RestartWatch, Session, State};
-use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::Module;
 use serde_json::{Value, json};
 
+use super::load::load;
 use crate::axes::{Axes, Moving};
 use crate::ending::{End, Refusals, stop_at, stopped, underway};
 use crate::exit::{Exit, REFUSED, TIME_UP};
@@ -18,7 +18,6 @@ use crate::interruption::{interrupted, interruption};
 use crate::json::Json;
 use crate::port::{Conversation, Port};
 use crate::program::{Program, ProgramFile, Surroundings};
-use crate::progress::progress;
 use crate::watch::{Showing, Watch};
 use crate::{complain, signal, span};
 
@@ -99,10 +98,8 @@ impl Run {
         let mut observer = self.observer(&mut session, &program)?;
         session.run()?;
         watch.start(&mut session);
-        let seen = observer.watch(&mut session, &mut watch, &interruption, &mut self.lines(out)).inspect_err(|_| {
-            // Nobody watches any more. The error in hand tells more than one that follows from it.
-            let _ = stop(&mut session);
-        });
+        let seen = observer.watch(&mut session, &mut watch, &interruption, &mut self.lines(out));
+        let seen = seen.map_err(|error| give_up(&mut session, error));
         watch.write()?;
         self.report(&mut session, &observer, &Ended { program, module, time: watch.latest().time, end: seen? }, out)
     }
@@ -128,7 +125,7 @@ impl Run {
         out: &mut dyn Write,
     ) -> anyhow::Result<()> {
         if ended.end != End::Stopped {
-            stop(session)?;
+            session.halt().context("program and motors may still move")?;
         }
         let still: &[Moving] = if ended.end == End::Stopped { &observer.axes.moving } else { &[] };
         let how = ended.how(observer);
@@ -159,19 +156,10 @@ impl Run {
     }
 }
 
-/// Writes a program into the module and reads it back.
-fn load(session: &mut Session, commands: &[Instruction]) -> Result<(), gradus_host::Error> {
-    session.stop()?;
-    let bar = progress("download", commands.len());
-    session.download(commands, |count| bar.set_position(count as u64))?;
-    let bar = progress("verify", commands.len());
-    session.verify(commands, |count| bar.set_position(count as u64))
-}
-
-/// Stops the program and all motors.
-fn stop(session: &mut Session) -> Result<(), gradus_host::Error> {
-    session.stop()?;
-    session.stop_motors()
+/// A run that ends on an error leaves nothing in motion if it can help it; says which.
+fn give_up(session: &mut Session, error: anyhow::Error) -> anyhow::Error {
+    let stopped = session.halt().is_ok();
+    error.context(if stopped { "program and motors are stopped" } else { "program and motors may still move" })
 }
 
 /// Where the program was at the end.

@@ -6,22 +6,23 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::bail;
-use gradus_host::scan::{Found, addresses, lines, ports, scan};
+use gradus_host::scan::{Found, Leg, addresses, plan, ports, scan};
 use gradus_host::{Error, Url};
 use indicatif::ProgressBar;
 
 use crate::complain;
-use crate::interruption::interruption;
+use crate::interruption::{interrupted, interruption};
 use crate::listed::table;
 use crate::progress::progress;
 
 /// Find modules
 ///
-/// Asks at every address, and on a serial port at every baud rate, one harmless question; settings of the modules stay as they are. A
-/// port that answers under any address (USB, TCP) holds one module and is done at once. Ctrl-C ends the search and shows what
-/// was found.
+/// Asks at every address, and on a serial port at every baud rate, one harmless question; settings of the modules stay as they are. The
+/// address of a module as it is delivered comes first, at every rate, which takes about a second; then the rest. A port that
+/// answers under any address (USB, TCP) holds one module and is done at once. Ctrl-C ends the search, shows what was found, and says how
+/// far it was.
 ///
-/// Exit status: 0 when a module was found, 1 when none was.
+/// Exit status: 0 when a module was found, 1 when none was, 130 on Ctrl-C.
 #[derive(clap::Args)]
 #[command(after_long_help = "\
 Examples:
@@ -50,37 +51,74 @@ fn range(text: &str) -> Result<RangeInclusive<u16>, String> {
 
 impl Scan {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        let interrupted = interruption();
+        let interruption = interruption();
         let ports = if self.all { ports() } else { self.ports };
         if ports.is_empty() {
             bail!("this computer has no serial port and no CAN interface");
         }
-        let mut found = Vec::new();
+        let mut search = Search { interruption, found: Vec::new(), far: None };
         for port in ports {
             let addresses = self.addresses.clone().unwrap_or_else(|| addresses(&port));
-            match search(&port, &addresses, &interrupted) {
-                Ok(modules) => found.extend(modules),
-                Err(error) => complain(format_args!("warning: {error}")),
+            if let Err(error) = search.port(&port, &addresses) {
+                complain(format_args!("warning: {error}"));
             }
         }
-        show(&found, out)?;
-        if found.is_empty() { bail!("no module answers; check power and cables") } else { Ok(()) }
+        show(&search.found, out)?;
+        match search.far {
+            Some(far) => Err(interrupted(&format!("interrupted {far}"))),
+            None if search.found.is_empty() => bail!("no module answers; check power and cables"),
+            None => Ok(()),
+        }
     }
 }
 
-/// Searches a port at all its rates; ends with the first one that finds something.
-fn search(port: &Url, addresses: &RangeInclusive<u16>, interrupted: &Arc<AtomicBool>) -> Result<Vec<Found>, Error> {
-    for line in lines(port) {
-        let bar: ProgressBar = progress("scan", addresses.clone().count()).with_message(line.to_string());
-        let found = scan(&line, addresses.clone(), |address| {
-            bar.set_position(u64::from(address - addresses.start()));
-            !interrupted.load(Ordering::Relaxed)
-        })?;
-        if !found.is_empty() || interrupted.load(Ordering::Relaxed) {
-            return Ok(found);
+/// A search on one port after the other.
+struct Search {
+    interruption: Arc<AtomicBool>,
+    found: Vec<Found>,
+    /// How far it was when it was interrupted, in words.
+    far: Option<String>,
+}
+
+impl Search {
+    /// Searches a port; what was found on one of its lines, at one of its rates, is looked for on no other.
+    fn port(&mut self, port: &Url, addresses: &RangeInclusive<u16>) -> Result<(), Error> {
+        let legs = plan(port, addresses);
+        let mut fits: Option<String> = None;
+        for (number, leg) in legs.iter().enumerate() {
+            let line = leg.line.to_string();
+            if self.far.is_some() || fits.as_ref().is_some_and(|fits| *fits != line) {
+                continue;
+            }
+            let found = self.leg(leg, &format!("in part {} of {}", number + 1, legs.len()))?;
+            if !found.is_empty() {
+                fits = Some(line);
+            }
+            self.keep(found);
+        }
+        Ok(())
+    }
+
+    fn leg(&mut self, leg: &Leg, part: &str) -> Result<Vec<Found>, Error> {
+        let bar: ProgressBar = progress("scan", leg.addresses.len()).with_message(leg.line.to_string());
+        scan(&leg.line, leg.addresses.iter().copied(), |address| {
+            bar.inc(1);
+            let interrupted = self.interruption.load(Ordering::Relaxed);
+            if interrupted {
+                self.far = Some(format!("{part}, before address {address} at {}", leg.line));
+            }
+            !interrupted
+        })
+    }
+
+    /// Keeps what is new: a module that answers under any address is found by every leg.
+    fn keep(&mut self, found: Vec<Found>) {
+        for module in found {
+            if !self.found.iter().any(|known| known.port == module.port) {
+                self.found.push(module);
+            }
         }
     }
-    Ok(Vec::new())
 }
 
 fn show(found: &[Found], out: &mut dyn Write) -> anyhow::Result<()> {

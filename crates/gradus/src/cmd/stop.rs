@@ -3,7 +3,9 @@
 use std::io::Write;
 
 use anyhow::{Context, bail};
-use gradus_host::{LatchRequest, Line, Place, Session, Url};
+use gradus_host::{LatchRequest, Place, Session, Url};
+
+use crate::port::Port;
 
 /// Stop the program and all motors, and keep a shared line stopped
 ///
@@ -19,39 +21,39 @@ Examples:
   gradus stop --port tcp:localhost:4322 --state
   gradus stop --port tcp:localhost:4322 --release")]
 pub struct Stop {
-    /// Port of the module
-    #[arg(long, value_name = "URL")]
-    port: Url,
     /// Let pass again what acts; nothing starts by that
     #[arg(long, conflicts_with = "state")]
     release: bool,
     /// Say whether the line is stopped, and stop nothing
     #[arg(long)]
     state: bool,
+    #[command(flatten, next_help_heading = "Connection")]
+    port: Port,
 }
 
 impl Stop {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
-        if let Place::Sim(_) = self.port.place {
-            bail!("a virtual module of this process does nothing that could be stopped");
+        let (line, url) = self.port.line()?;
+        if let Place::Sim(_) = url.place {
+            bail!("a virtual module of this process does nothing that could be stopped; name a port");
         }
-        let line = Line::open(&self.port)?;
-        let mut session = line.session(self.port.address);
-        session.set_timeout(self.port.timeout);
+        let mut session = line.session(url.address);
+        session.set_timeout(url.timeout);
         match (self.release, self.state) {
-            (true, _) => self.ask(&mut session, LatchRequest::Release, out),
-            (_, true) => self.ask(&mut session, LatchRequest::State, out),
-            _ => stop(&mut session, &self.port, out),
+            (true, _) => ask(&mut session, LatchRequest::Release, out),
+            (_, true) => ask(&mut session, LatchRequest::State, out),
+            _ => stop(&mut session, &url, out),
         }
     }
+}
 
-    fn ask(&self, session: &mut Session, request: LatchRequest, out: &mut dyn Write) -> anyhow::Result<()> {
-        match session.ask_latch(request)? {
-            Some(stopped) => Ok(writeln!(out, "{}", if stopped { "stopped" } else { "released" })?),
-            None => {
-                bail!("{} is not shared by `gradus serve`: a stop there ends with the command that makes it", self.port)
-            }
-        }
+fn ask(session: &mut Session, request: LatchRequest, out: &mut dyn Write) -> anyhow::Result<()> {
+    match session.ask_latch(request)? {
+        Some(stopped) => Ok(writeln!(out, "{}", if stopped { "stopped" } else { "released" })?),
+        None => bail!(
+            "{} is not shared by `gradus serve`: a stop there ends with the command that makes it",
+            session.port()
+        ),
     }
 }
 
