@@ -28,10 +28,11 @@ use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
 use gradus_sim::Bench;
-use gradus_tmcl::catalogue::{Command, Effect, Gp, MODULES, Module, TMCM_3351};
+use gradus_tmcl::catalogue::{Command, Effect, Gp, Impact, MODULES, Module, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
 use crate::line::downloads::Owner;
+use crate::line::stop_latch::LatchRequest;
 use crate::refusal::reason;
 use crate::verdict::{Form, Peer, complaint, form};
 use crate::{Address, Error, Line, Link, PositionReached, Statistics, Url};
@@ -261,8 +262,13 @@ impl Session {
         if reply.status.is_ok() { Ok(reply.value) } else { Err(self.refused(instruction, reply.status)) }
     }
 
-    /// The error for a refusal, with what the catalogue knows about it.
+    /// The error for a refusal, with what the catalogue knows about it. Where a broker refuses because its line is stopped, that is
+    /// the error.
     pub fn refused(&mut self, request: Instruction, status: Status) -> Error {
+        let may_be_stopped = status == Status::NOT_AVAILABLE && request.impact() == Impact::Acts;
+        if may_be_stopped && matches!(self.ask_latch(LatchRequest::State), Ok(Some(true))) {
+            return Error::Stopped { port: self.port().into() };
+        }
         let reason = self.module().map_or_else(|_| String::new(), |module| reason(module, request, status));
         Error::Refused { request: self.text(request), status, reason }
     }

@@ -225,7 +225,7 @@ fn clients_learn_that_the_line_broke_and_find_it_again_with_its_stop() {
     assert_eq!(session.command(gap(5)).unwrap(), 5);
     assert_eq!(session.ask_latch(LatchRequest::State).unwrap(), Some(true), "the stop lasts");
     let refused = session.command(Instruction::parse("ROR 0, 1", &TMCM_3351).unwrap()).unwrap_err();
-    assert!(matches!(refused, Error::Refused { status: Status::NOT_AVAILABLE, .. }), "{refused}");
+    assert!(matches!(refused, Error::Stopped { .. }), "{refused}");
     served.end();
 }
 

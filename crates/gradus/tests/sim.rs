@@ -347,7 +347,12 @@ fn a_stop_lasts_on_a_served_line_until_it_is_released() {
     assert_eq!(gradus(&["stop", "--state", "--port", &url]).1, "stopped\n");
     let (status, _, complaint) = gradus(&["cmd", "--port", &url, "MVP ABS, 0, 1000"]);
     assert_eq!(status, Some(1), "{complaint}");
-    assert!(client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap_err().to_string().contains("refused"));
+    let refused = client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap_err().to_string();
+    assert!(
+        refused
+            .ends_with("is stopped: nothing that acts goes out until the stop is released (`gradus stop --release`)"),
+        "{refused}"
+    );
     assert_eq!(gradus(&["stop", "--release", "--port", &url]).1, "released\n");
     client.set_axis(Ap::TargetSpeed, 1, 20_000).unwrap();
     drop(client);
