@@ -83,7 +83,8 @@ mod tests {
         let at_rest = noise.read(false);
         assert_ne!(at_rest, noise.read(false));
         for _ in 0..3 {
-            (noise.advance(), other.advance());
+            noise.advance();
+            other.advance();
             assert_eq!(noise.read(true), other.read(true));
         }
         assert_ne!(noise.read(true), CurrentNoise::new(1.0, 8).read(true));
