@@ -7,6 +7,7 @@ mod direct;
 mod disasm;
 mod get;
 mod load;
+mod lsp;
 mod man;
 mod params;
 mod replay;
@@ -52,6 +53,7 @@ pub enum Command {
     Stats(stats::Stats),
     Units(units::Units),
     Tune(tune::Tune),
+    Lsp(lsp::Lsp),
     Completions(completions::Completions),
     Man(man::Man),
 }
@@ -93,6 +95,7 @@ impl Command {
             Self::Stats(stats) => stats.run(out),
             Self::Units(units) => units.run(out),
             Self::Tune(tune) => tune.run(out),
+            Self::Lsp(lsp) => lsp.run(out),
             Self::Completions(completions) => completions.run(out),
             Self::Man(man) => man.run(out),
         }
