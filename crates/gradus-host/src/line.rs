@@ -5,6 +5,7 @@
 
 pub(crate) mod downloads;
 pub(crate) mod stop_latch;
+mod unplugged;
 pub(crate) mod wire;
 
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -68,13 +69,16 @@ impl Line {
         Self { port: port.into(), shared: Arc::new(shared) }
     }
 
-    /// Opens the port again after the line broke. Downloads that were under way have ended, a stop lasts.
+    /// Opens the port again after the line broke: closes it first, since it may be for one opener alone. Downloads that were under way
+    /// have ended, a stop lasts.
     ///
     /// # Errors
     /// When the port does not open.
     pub fn reopen(&self, url: &Url) -> Result<(), Error> {
+        let mut wire = self.lock();
+        wire.unplug();
         let link = link(url).map_err(|reason| Error::Open { port: url.to_string(), reason })?;
-        self.lock().replace(link);
+        wire.replace(link);
         Ok(())
     }
 

@@ -96,9 +96,21 @@ pub fn plan(url: &Url, addresses: &RangeInclusive<u16>) -> Vec<Leg> {
 pub fn scan(
     url: &Url,
     addresses: impl IntoIterator<Item = u16>,
+    progress: impl FnMut(u16) -> bool,
+) -> Result<Vec<Found>, Error> {
+    scan_on(&Line::open(url)?, url, addresses, progress)
+}
+
+/// The same on a line that is open already. A stop of the line ends it.
+///
+/// # Errors
+/// When the line breaks, or is stopped.
+pub fn scan_on(
+    line: &Line,
+    url: &Url,
+    addresses: impl IntoIterator<Item = u16>,
     mut progress: impl FnMut(u16) -> bool,
 ) -> Result<Vec<Found>, Error> {
-    let line = Line::open(url)?;
     let job = line.job();
     let mut found: Vec<Found> = Vec::new();
     for address in addresses {

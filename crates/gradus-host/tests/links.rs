@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use std::thread;
 
 use gradus_host::scan::{addresses, plan, scan};
-use gradus_host::{Error, Session, Url};
+use gradus_host::{Error, Line, Session, Url};
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::slcan::{Command, LineReader, Text};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -145,6 +145,23 @@ fn a_port_that_is_in_use_names_who_has_it_and_is_left_as_it_is() {
     let settings = rustix::termios::tcgetattr(File::open(&path).unwrap()).unwrap();
     assert_eq!(settings.output_speed(), 19_200, "the rate is still that of the first one");
     ask_a_hundred(&mut session);
+}
+
+#[test]
+fn a_line_takes_its_own_port_again() {
+    let (mut module, path) = pty();
+    let _plugged = File::options().read(true).write(true).open(&path).unwrap();
+    thread::spawn(move || serve(&mut module, usize::MAX));
+    let url: Url = path.to_str().unwrap().parse().unwrap();
+    let line = Line::open(&url).unwrap();
+    let mut session = line.session(url.address);
+    ask_a_hundred(&mut session);
+    line.reopen(&url).unwrap();
+    ask_a_hundred(&mut session);
+    let nowhere = "/dev/no-such-port".parse().unwrap();
+    assert!(line.reopen(&nowhere).is_err());
+    let error = session.command(Instruction::new(Opcode::GAP, 1, 0, 0)).unwrap_err();
+    assert!(error.to_string().contains("the port is not open"), "{error}");
 }
 
 #[test]

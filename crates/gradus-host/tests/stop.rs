@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::Duration;
 
+use gradus_host::scan::scan_on;
 use gradus_host::trace::{Direction, Packet, Record};
 use gradus_host::{
     Address, Broker, Config, Desk, Error, Heard, LatchRequest, Line, Link, Nature, Rights, Session, Visit,
@@ -106,6 +107,13 @@ fn a_stop_ends_downloads_captures_and_dumps() {
     assert!(is_stopped(&session.verify(&program, at_five).unwrap_err()));
     line.release();
     assert!(is_stopped(&Config::read(&mut session, at_five).unwrap_err()));
+    line.release();
+    let url = "sim:tmcm-3351".parse().unwrap();
+    let scanned = scan_on(&line, &url, 1..=9, |_| {
+        stop.stop();
+        true
+    });
+    assert!(is_stopped(&scanned.unwrap_err()));
     line.release();
     let captured = session.capture(0, &[Ap::ActualPosition], Duration::from_millis(100), |session| {
         session.line().stop();

@@ -316,6 +316,8 @@ fn a_broker_serves_several_commands_at_once() {
     let set = Command::new(GRADUS).args(["set", "--port", &broker.url(0), "maximum_current", "1"]).output().unwrap();
     let message = String::from_utf8(set.stderr).unwrap();
     assert!(message.contains("was refused: command not available"), "{message}");
+    let (status, _, message) = gradus(&["stop", "--port", &broker.url(0)]);
+    assert!(status == Some(1) && message.contains("is for reading only"), "{message}");
     let remote = Command::new(GRADUS).args(["serve", "--port", &sim.url(0), "--tcp", "0.0.0.0:0"]).output().unwrap();
     assert!(String::from_utf8(remote.stderr).unwrap().contains("--allow-remote is needed"));
     drop((one, other));

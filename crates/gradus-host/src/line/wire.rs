@@ -9,6 +9,7 @@ use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, checksum};
 
 use super::downloads::Downloads;
 use super::stop_latch::StopLatch;
+use super::unplugged::Unplugged;
 use crate::link::GRACE;
 use crate::trace::{Direction, Packet, Record, Sink, time_of_day};
 use crate::verdict::{Form, form};
@@ -78,6 +79,12 @@ impl Wire {
             began,
             events: VecDeque::new(),
         }
+    }
+
+    /// Closes the link.
+    pub fn unplug(&mut self) {
+        let (nature, now) = (self.link.nature(), self.link.now());
+        self.link = Box::new(Unplugged { nature, now });
     }
 
     /// Goes on over another link, after the old one broke.

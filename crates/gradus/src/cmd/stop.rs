@@ -60,6 +60,9 @@ fn ask(session: &mut Session, request: LatchRequest, out: &mut dyn Write) -> any
 /// The latch first, so that nothing can act between the stops of two motors.
 fn stop(session: &mut Session, port: &Url, out: &mut dyn Write) -> anyhow::Result<()> {
     let held = session.ask_latch(LatchRequest::Stop)?;
+    if held.is_none() && session.ask_latch(LatchRequest::State)?.is_some() {
+        bail!("{port} is for reading only (`gradus serve --read-only`): stop at another port of the line");
+    }
     session.line().stop();
     let halted = session.halt();
     if halted.is_ok() {
