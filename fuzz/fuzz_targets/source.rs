@@ -1,4 +1,4 @@
-//! Any bytes as source text, as program memory and as a `.bin` file into the assembler. `cargo +nightly fuzz run source`
+//! Any bytes as source text, as program memory and as a `.bin` file into the assembler, and back.
 
 #![no_main]
 

@@ -72,7 +72,7 @@ pub(crate) fn open(bus: &Bus, bit_rate: u32) -> Result<(Box<dyn FramePort>, &'st
             (slcan::open(place, bit_rate)?, "power, bus, bit rate (?bitrate=1000000) and CAN IDs (?id=1&reply=2)")
         }
         Bus::Socketcand { host, port, bus } => {
-            (Box::new(socketcand::Socketcand::open(host, *port, bus)?), "power, bus and CAN IDs (?id=1&reply=2)")
+            (socketcand::open(host, *port, bus)?, "power, bus and CAN IDs (?id=1&reply=2)")
         }
         Bus::Interface(name) => (socket(name)?, "power, the interface's bit rate and CAN IDs (?id=1&reply=2)"),
     })
@@ -86,6 +86,18 @@ fn socket(name: &str) -> Result<Box<dyn FramePort>, String> {
 #[cfg(not(all(target_os = "linux", feature = "socketcan")))]
 fn socket(_: &str) -> Result<Box<dyn FramePort>, String> {
     Err("this program was built without SocketCAN (Linux only, feature `socketcan`)".into())
+}
+
+/// For [`fuzz_session`](crate::fuzz_session): opens a bus behind a hostile adapter or server, and listens.
+pub(crate) fn fuzz_port(slcan: bool, peer: impl crate::Stream + 'static) {
+    let port: Result<Box<dyn FramePort>, String> = match slcan {
+        true => slcan::Slcan::new(peer, 1_000_000).map(|port| Box::new(port) as _),
+        false => socketcand::Socketcand::new(peer, "can0").map(|port| Box::new(port) as _),
+    };
+    let Ok(mut port) = port else { return };
+    for _ in 0..10 {
+        let _ = port.receive(Duration::from_millis(20));
+    }
 }
 
 impl Link for CanLink {

@@ -24,6 +24,7 @@ mod capture;
 mod config;
 mod error;
 mod exchange;
+mod fuzz;
 mod line;
 mod link;
 mod name;
@@ -53,6 +54,7 @@ pub use can::FramePort;
 pub use capture::Capture;
 pub use config::{Config, ConfigError, ConfigFileError, Difference, Setting, settings};
 pub use error::Error;
+pub use fuzz::fuzz_session;
 pub use gradus_sim::VIRTUAL_MODULES;
 pub use line::Line;
 pub use line::stop_latch::LatchRequest;
@@ -69,3 +71,8 @@ pub use step_response::StepResponse;
 pub use terminal::Terminal;
 pub use trial::{Regulator, Step, Trial};
 pub use url::{Bus, Place, SlcanPlace, Url, UrlError};
+
+/// The programs of the book's chapter on the libraries are tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/src/library.md")]
+struct Book;

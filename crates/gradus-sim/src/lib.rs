@@ -56,6 +56,6 @@ pub use segment::Serial;
 #[cfg(unix)]
 pub use serve::{
     Console, Endpoint, EndpointError, EndpointParseError, Options, ServeError, Server, Speed, SpeedError, Stopper,
-    address, allow_many_endpoints,
+    address, allow_many_endpoints, fuzz_adapters,
 };
 pub use spi::{Exchange, SpiDevice};

@@ -20,16 +20,21 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const LONGEST: usize = 1024;
 
 /// An open bus.
-pub struct Socketcand {
-    stream: TcpStream,
+pub struct Socketcand<S> {
+    stream: S,
     /// What has come and is not read yet.
     text: Vec<u8>,
 }
 
-impl Socketcand {
-    /// Connects and opens the bus; `Err` holds the reason in words.
-    pub fn open(host: &str, port: u16, bus: &str) -> Result<Self, String> {
-        let mut server = Self { stream: TcpStream::open(host, port)?, text: Vec::new() };
+/// Connects and opens the bus; `Err` holds the reason in words.
+pub fn open(host: &str, port: u16, bus: &str) -> Result<Box<dyn FramePort>, String> {
+    Ok(Box::new(Socketcand::new(TcpStream::open(host, port)?, bus)?))
+}
+
+impl<S: Stream> Socketcand<S> {
+    /// Opens the bus of a server; `Err` holds the reason in words.
+    pub fn new(stream: S, bus: &str) -> Result<Self, String> {
+        let mut server = Self { stream, text: Vec::new() };
         server.expect("hi")?;
         for command in [format!("< open {bus} >"), "< rawmode >".into()] {
             server.stream.send(command.as_bytes()).map_err(|error| error.to_string())?;
@@ -68,7 +73,7 @@ impl Socketcand {
     }
 }
 
-impl FramePort for Socketcand {
+impl<S: Stream> FramePort for Socketcand<S> {
     fn send(&mut self, frame: &Frame) -> io::Result<()> {
         self.stream.send(message(frame).as_bytes())
     }
