@@ -3,8 +3,8 @@
 use gradus_tmcl::catalogue::Impact;
 use gradus_tmcl::{Instruction, Opcode, Reply, Status};
 
+use crate::line::downloads::is_control;
 use crate::line::wire::{Exchange, Wire};
-use crate::program::is_control;
 use crate::verdict::{Form, Verdict, form, judge};
 use crate::{Error, Heard, Session};
 

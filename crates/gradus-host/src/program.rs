@@ -5,6 +5,7 @@ use std::time::Duration;
 use gradus_tmcl::catalogue::Gp;
 use gradus_tmcl::{Instruction, Opcode, Status};
 
+use crate::line::downloads::is_control;
 use crate::{Error, RETRIES, Session};
 
 /// Types of command 129.
@@ -73,11 +74,6 @@ impl ProgramError {
         let [_, status, high, low] = value.to_be_bytes();
         (status != 0).then_some(Self { status: Status(status), address: u16::from_be_bytes([high, low]) })
     }
-}
-
-/// True for the commands that a module executes even while it stores all others (BEHAVIOUR 3).
-pub(crate) fn is_control(opcode: Opcode) -> bool {
-    opcode.0 >= Opcode::STOP_APPLICATION.0
 }
 
 impl Session {

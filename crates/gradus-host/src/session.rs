@@ -34,11 +34,10 @@ use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 use crate::line::downloads::Owner;
 use crate::line::stop_latch::LatchRequest;
 use crate::refusal::reason;
+use crate::url::REPLY_TIMEOUT;
 use crate::verdict::{Form, Peer, complaint, form};
 use crate::{Address, Error, Line, Link, PositionReached, Statistics, Url};
 
-/// How long an answer may take, unless told otherwise.
-pub(crate) const REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 /// How often a request is sent again, unless told otherwise.
 pub const RETRIES: u32 = 2;
 /// How long a session that waits for an event keeps the others of the line waiting.

@@ -8,7 +8,9 @@ use std::time::Duration;
 use gradus_tmcl::catalogue::{MODULES, Module};
 
 use crate::Address;
-use crate::session::REPLY_TIMEOUT;
+
+/// How long an answer may take, unless told otherwise.
+pub(crate) const REPLY_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// Where a module is and how it is asked.
 #[derive(Clone, Debug)]

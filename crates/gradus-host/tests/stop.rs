@@ -9,9 +9,7 @@ use std::time::Duration;
 
 use gradus_host::scan::scan_on;
 use gradus_host::trace::{Direction, Packet, Record};
-use gradus_host::{
-    Address, Broker, Config, Desk, Error, Heard, LatchRequest, Line, Link, Nature, Rights, Session, Visit,
-};
+use gradus_host::{Address, Config, Desk, Error, Heard, LatchRequest, Line, Link, Nature, Rights, Session, Visit};
 use gradus_sim::Bench;
 use gradus_tmcl::catalogue::{Ap, Impact, TMCM_3351};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
@@ -37,7 +35,7 @@ fn session(line: &Line) -> Session {
 
 fn desk(line: &Line, read_only: bool) -> Desk {
     let rights = Rights { whole_bus: false, read_only };
-    Desk::new(Broker::new(line.clone(), Address::serial(1), Duration::from_millis(200), rights))
+    Desk::new(line.clone(), Address::serial(1), Duration::from_millis(200), rights)
 }
 
 /// What a client of the desk gets for a request.

@@ -1,18 +1,23 @@
 //! The broker without its sockets: who asks what, and what the answer is. Nothing here waits for a client.
 
 use std::collections::HashMap;
+use std::time::Duration;
 
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
+use super::news::Visit;
 use super::own_answer::{HOST, OwnAnswer};
-use super::{Broker, Visit};
+use super::rights::Rights;
 use crate::line::Job;
-use crate::{Address, Error, Session};
+use crate::{Address, Error, Line, Session, Url};
 
 /// Answers the requests of clients, who have numbers.
 pub struct Desk {
-    broker: Broker,
     own: OwnAnswer,
+    /// How long an answer of the line may take.
+    timeout: Duration,
+    /// The port, to open it again.
+    url: Option<Url>,
     /// The broker's own session, which hears of a line that breaks while nobody asks.
     watch: Session,
     clients: HashMap<u64, Sessions>,
@@ -24,13 +29,17 @@ pub struct Desk {
 type Sessions = HashMap<u8, Session>;
 
 impl Desk {
-    /// A desk for the clients of a broker.
-    pub fn new(broker: Broker) -> Self {
-        let (line, address, rights) = (broker.line.clone(), broker.address, broker.rights);
+    /// A desk for the module at `address`; an answer of the line may take `timeout`.
+    pub fn new(line: Line, address: Address, timeout: Duration, rights: Rights) -> Self {
         let mut watch = line.session(address);
-        watch.set_timeout(broker.timeout);
+        watch.set_timeout(timeout);
         let own = OwnAnswer { line, address, rights };
-        Self { broker, own, watch, clients: HashMap::new(), listeners: HashMap::new() }
+        Self { own, timeout, url: None, watch, clients: HashMap::new(), listeners: HashMap::new() }
+    }
+
+    /// Opens the line at that port again when it breaks.
+    pub fn reopen_at(&mut self, url: Url) {
+        self.url = Some(url);
     }
 
     pub(super) fn own_answer(&self) -> OwnAnswer {
@@ -77,12 +86,13 @@ impl Desk {
     }
 
     fn session(&mut self, client: u64, address: u8) -> &mut Session {
-        let Broker { line, rights, timeout, address: own, .. } = &self.broker;
+        let OwnAnswer { line, rights, address: own } = &self.own;
+        let timeout = self.timeout;
         let key = if rights.whole_bus { address } else { 0 };
         self.clients.entry(client).or_default().entry(key).or_insert_with(|| {
             let module = if rights.whole_bus { u16::from(address) } else { own.module };
             let mut session = line.session(Address { module, ..*own });
-            session.set_timeout(*timeout);
+            session.set_timeout(timeout);
             session
         })
     }
@@ -130,6 +140,6 @@ impl Desk {
 
     /// Tries to open the broken line again.
     pub(super) fn reopen(&self) -> bool {
-        self.broker.url.as_ref().is_some_and(|url| self.broker.line.reopen(url).is_ok())
+        self.url.as_ref().is_some_and(|url| self.own.line.reopen(url).is_ok())
     }
 }

@@ -3,7 +3,8 @@
 use gradus_tmcl::catalogue::Impact;
 use gradus_tmcl::{Instruction, Reply, Request, Status};
 
-use super::{Rights, Visit};
+use super::news::Visit;
+use super::rights::Rights;
 use crate::line::stop_latch::LatchRequest;
 use crate::{Address, Line};
 

@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use gradus_tmcl::Framer;
 
 use super::desk::Desk;
+use super::news::{News, Visit};
 use super::own_answer::OwnAnswer;
 use super::queue::Task;
 use super::worker::{Client, Shared, Worker};
-use super::{Broker, News, Visit};
 
 /// A pause inside a datagram that ends it, as on a module's own TCP port.
 const GAP: Duration = Duration::from_millis(50);
@@ -52,10 +52,8 @@ struct Guest {
 
 impl<'a, N: FnMut(News)> Reception<'a, N> {
     /// Opens the doors; the line gets a thread of its own.
-    pub fn open(broker: Broker, listener: &'a TcpListener, news: N) -> io::Result<Self> {
+    pub fn open(desk: Desk, most_clients: usize, listener: &'a TcpListener, news: N) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
-        let most_clients = broker.most_clients;
-        let desk = Desk::new(broker);
         let (own, shared, (sender, from_worker)) = (desk.own_answer(), Arc::<Shared>::default(), channel());
         let worker = Worker { desk, shared: Arc::clone(&shared), news: sender, retry: None };
         std::thread::Builder::new().name("line".into()).spawn(|| worker.run())?;

@@ -11,8 +11,8 @@ use std::time::{Duration, Instant};
 use gradus_tmcl::Request;
 
 use super::desk::Desk;
+use super::news::{News, Visit};
 use super::queue::{Queue, Task};
-use super::{News, Visit};
 use crate::Error;
 use crate::line::Job;
 

@@ -9,7 +9,10 @@
 
 use gradus_tmcl::{Opcode, Status};
 
-use crate::program::is_control;
+/// True for the commands that a module executes even while it stores all others (BEHAVIOUR 3).
+pub(crate) fn is_control(opcode: Opcode) -> bool {
+    opcode.0 >= Opcode::STOP_APPLICATION.0
+}
 
 /// The number of a session.
 pub(crate) type Owner = u64;
