@@ -49,7 +49,7 @@ async def test_problems_come_and_go(client: LanguageClient):
         )
     )
     await client.wait_for_notification(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
-    assert client.diagnostics[document.uri] == []
+    assert not client.diagnostics[document.uri]
 
 
 @pytest.mark.asyncio
