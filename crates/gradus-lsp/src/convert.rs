@@ -14,8 +14,7 @@ use crate::complete::{ProposalKind, Proposals};
 use crate::documents::Change;
 use crate::hints::{InlayHint, Lens, Token, TokenKind};
 use crate::hover::Hover;
-use crate::requests::SERVED;
-use crate::server::Refusal;
+use crate::refusal::Refusal;
 use crate::signature::Signature;
 use crate::symbols::{Calls, Fold, Symbol, SymbolKind};
 use crate::text::{Encoding, Place};
@@ -174,7 +173,7 @@ const TOKENS: [&str; 9] =
 const MODIFIERS: [&str; 3] = ["declaration", "readonly", "unused"];
 
 /// The answer to `initialize`: what is served, and nothing else.
-pub(crate) fn initialized(client: &Client) -> Result<Value, Refusal> {
+pub(crate) fn initialized(client: &Client, methods: impl Iterator<Item = &'static str>) -> Result<Value, Refusal> {
     let encoding = match client.encoding {
         Encoding::Utf8 => "utf-8",
         Encoding::Utf16 => "utf-16",
@@ -183,7 +182,7 @@ pub(crate) fn initialized(client: &Client) -> Result<Value, Refusal> {
         "positionEncoding": encoding,
         "textDocumentSync": { "openClose": true, "change": 2 },
     });
-    for (method, _) in SERVED {
+    for method in methods {
         if let Some((name, options)) = capability(method) {
             capabilities[name] = options;
         }
@@ -197,7 +196,7 @@ pub(crate) fn initialized(client: &Client) -> Result<Value, Refusal> {
 }
 
 /// The capability that a served request stands for; `None` where another one's options say it.
-pub(crate) fn capability(method: &str) -> Option<(&'static str, Value)> {
+fn capability(method: &str) -> Option<(&'static str, Value)> {
     Some(match method {
         "textDocument/hover" => ("hoverProvider", json!(true)),
         "textDocument/completion" => ("completionProvider", json!({ "triggerCharacters": [" ", ",", "#", "("] })),

@@ -7,15 +7,16 @@ use serde_json::{Value, json};
 use crate::analysis::Analysis;
 use crate::convert::{self, Position, View};
 use crate::hints::HintSettings;
-use crate::server::{Refusal, Server};
+use crate::programs::Programs;
+use crate::refusal::Refusal;
 use crate::workspace::normal;
 use crate::{actions, complete, hints, hover, lines, signature, symbols, uri};
 
 /// Serves a request.
-pub(crate) type Serve = fn(&mut Server, Value) -> Result<Value, Refusal>;
+pub(crate) type Serve = fn(&mut Programs, Value) -> Result<Value, Refusal>;
 
 /// Every request that is served besides `initialize` and `shutdown`.
-pub(crate) const SERVED: &[(&str, Serve)] = &[
+const SERVED: &[(&str, Serve)] = &[
     ("textDocument/hover", hover),
     ("textDocument/completion", completion),
     ("textDocument/signatureHelp", signature_help),
@@ -39,26 +40,31 @@ pub(crate) const SERVED: &[(&str, Serve)] = &[
     ("textDocument/documentLink", document_links),
 ];
 
+/// Returns the names of the requests that are served.
+pub(crate) fn methods() -> impl Iterator<Item = &'static str> {
+    SERVED.iter().map(|(name, _)| *name)
+}
+
 /// Returns the function that serves a request.
 pub(crate) fn served(method: &str) -> Option<Serve> {
     SERVED.iter().find(|(name, _)| *name == method).map(|(_, serve)| *serve)
 }
 
 /// Runs `work` on the program around a text; the answer about an unknown file is null.
-fn about(server: &mut Server, uri: &str, work: impl FnOnce(View<'_>, usize) -> Option<Value>) -> Value {
-    let encoding = server.client.encoding;
-    let found = server.analysis_of(&normal(&uri::to_path(uri)));
+fn about(programs: &mut Programs, uri: &str, work: impl FnOnce(View<'_>, usize) -> Option<Value>) -> Value {
+    let encoding = programs.client.encoding;
+    let found = programs.analysis_of(&normal(&uri::to_path(uri)));
     found.and_then(|(analysis, source)| work(View { analysis, encoding }, source)).unwrap_or(Value::Null)
 }
 
 /// The same for a request about a place: `work` gets file and byte.
 fn at(
-    server: &mut Server,
+    programs: &mut Programs,
     params: Value,
     work: impl FnOnce(View<'_>, usize, usize) -> Option<Value>,
 ) -> Result<Value, Refusal> {
     let Position { uri, place } = convert::position(params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let offset = view.offset(source, place);
         work(view, source, offset)
     }))
@@ -72,40 +78,40 @@ fn line_before(analysis: &Analysis, source: usize, offset: usize) -> &str {
     text.get(start..offset).unwrap_or("")
 }
 
-fn hover(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| {
+fn hover(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| {
         let hover = hover::hover(view.analysis, source, offset)?;
         Some(view.hover(&hover))
     })
 }
 
-fn completion(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    let snippets = server.client.snippets;
-    at(server, params, |view, source, offset| {
+fn completion(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    let snippets = programs.client.snippets;
+    at(programs, params, |view, source, offset| {
         let proposals = complete::complete(view.analysis, line_before(view.analysis, source, offset));
         let replaced = Span { source, start: offset - proposals.replaces, end: offset };
         Some(view.completion(&proposals, replaced, snippets))
     })
 }
 
-fn signature_help(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| {
+fn signature_help(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| {
         let signature = signature::signature(view.analysis, line_before(view.analysis, source, offset))?;
         Some(convert::signature(&signature))
     })
 }
 
-fn definition(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| {
+fn definition(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| {
         let name = view.analysis.name_at(source, offset)?;
         let span = view.analysis.definition(name.of);
         symbols::can_be_renamed(view.analysis, name).then(|| view.location(span))
     })
 }
 
-fn references(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn references(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let with_definition = convert::includes_declaration(&params);
-    at(server, params, |view, source, offset| {
+    at(programs, params, |view, source, offset| {
         let name = view.analysis.name_at(source, offset)?;
         let in_files = symbols::places(view.analysis, name, with_definition).into_iter();
         let in_files = in_files.filter(|span| symbols::is_file(view.analysis.source(*span)));
@@ -113,8 +119,8 @@ fn references(server: &mut Server, params: Value) -> Result<Value, Refusal> {
     })
 }
 
-fn highlights(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| {
+fn highlights(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| {
         let name = view.analysis.name_at(source, offset)?;
         let definition = view.analysis.definition(name.of);
         let here = symbols::places(view.analysis, name, true).into_iter().filter(|span| span.source == source);
@@ -122,17 +128,17 @@ fn highlights(server: &mut Server, params: Value) -> Result<Value, Refusal> {
     })
 }
 
-fn prepare_rename(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| {
+fn prepare_rename(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| {
         let name = view.analysis.name_at(source, offset)?;
         symbols::can_be_renamed(view.analysis, name).then(|| view.range_value(name.span))
     })
 }
 
-fn rename(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn rename(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let new = convert::new_name(&params)?;
     let mut refusal = None;
-    let edit = at(server, params, |view, source, offset| {
+    let edit = at(programs, params, |view, source, offset| {
         let name =
             view.analysis.name_at(source, offset).filter(|name| symbols::can_be_renamed(view.analysis, *name))?;
         refusal = symbols::refuse_name(view.analysis, name, &new);
@@ -146,17 +152,17 @@ fn rename(server: &mut Server, params: Value) -> Result<Value, Refusal> {
     }
 }
 
-fn document_symbols(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    let nested = server.client.nested_symbols;
+fn document_symbols(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    let nested = programs.client.nested_symbols;
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| Some(view.outline(&symbols::outline(view.analysis, source), nested))))
+    Ok(about(programs, &uri, |view, source| Some(view.outline(&symbols::outline(view.analysis, source), nested))))
 }
 
-fn workspace_symbols(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn workspace_symbols(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let query = convert::query(params)?;
-    let encoding = server.client.encoding;
+    let encoding = programs.client.encoding;
     let mut found: Vec<Value> = Vec::new();
-    for analysis in server.programs() {
+    for analysis in programs.all() {
         let view = View { analysis, encoding };
         for symbol in symbols::search(analysis, &query) {
             let value = view.workspace_symbol(&symbol);
@@ -168,22 +174,22 @@ fn workspace_symbols(server: &mut Server, params: Value) -> Result<Value, Refusa
     Ok(found.into())
 }
 
-fn folding_ranges(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn folding_ranges(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let folds = symbols::folds(view.analysis, source);
         Some(folds.iter().map(|fold| view.fold(fold)).collect())
     }))
 }
 
-fn formatting(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn formatting(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| Some(formatted(view, source, None))))
+    Ok(about(programs, &uri, |view, source| Some(formatted(view, source, None))))
 }
 
-fn range_formatting(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn range_formatting(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let (uri, start, end) = convert::range(params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         Some(formatted(view, source, Some(span)))
     }))
@@ -200,10 +206,10 @@ fn formatted(view: View<'_>, source: usize, within: Option<Span>) -> Value {
     edits.map(|edit| view.text_edit(&edit)).collect()
 }
 
-fn code_actions(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn code_actions(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let only = convert::only(&params);
     let (uri, start, end) = convert::range(params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         let actions = actions::actions(view.analysis, span);
         Some(
@@ -216,64 +222,68 @@ fn code_actions(server: &mut Server, params: Value) -> Result<Value, Refusal> {
     }))
 }
 
-fn inlay_hints(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    let settings = HintSettings { addresses: server.client.addresses };
+fn inlay_hints(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    let settings = HintSettings { addresses: programs.client.addresses };
     let (uri, start, end) = convert::range(params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         let found = hints::inlay_hints(view.analysis, span, settings);
         Some(found.iter().map(|hint| view.inlay_hint(hint)).collect())
     }))
 }
 
-fn code_lenses(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    let enabled = server.client.lenses;
+fn code_lenses(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    let enabled = programs.client.lenses;
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let lenses = if enabled { hints::lenses(view.analysis, source) } else { Vec::new() };
         Some(lenses.iter().map(|lens| view.lens(lens)).collect())
     }))
 }
 
-fn semantic_tokens(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn semantic_tokens(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| Some(view.tokens(source, &hints::tokens(view.analysis, source)))))
+    Ok(about(programs, &uri, |view, source| Some(view.tokens(source, &hints::tokens(view.analysis, source)))))
 }
 
-fn prepare_calls(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    at(server, params, |view, source, offset| match view.analysis.name_at(source, offset)?.of {
+fn prepare_calls(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    at(programs, params, |view, source, offset| match view.analysis.name_at(source, offset)?.of {
         gradus_asm::Defined::Label(label) => Some(json!([view.call_item(Some(label))])),
         gradus_asm::Defined::Constant(_) => None,
     })
 }
 
 /// Runs `work` on the label that an item of the call hierarchy stands for.
-fn of_item(server: &mut Server, params: &Value, work: impl FnOnce(View<'_>, usize) -> Value) -> Result<Value, Refusal> {
+fn of_item(
+    programs: &mut Programs,
+    params: &Value,
+    work: impl FnOnce(View<'_>, usize) -> Value,
+) -> Result<Value, Refusal> {
     let (uri, name) = convert::call_item(params)?;
-    Ok(about(server, &uri, |view, _| {
+    Ok(about(programs, &uri, |view, _| {
         let labels = &view.analysis.assembly.labels;
         let label = labels.iter().position(|label| label.name.eq_ignore_ascii_case(&name))?;
         Some(work(view, label))
     }))
 }
 
-fn incoming_calls(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    of_item(server, &params, |view, label| {
+fn incoming_calls(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    of_item(programs, &params, |view, label| {
         let calls = symbols::incoming(view.analysis, view.analysis.label(label).address);
         calls.iter().map(|calls| view.calls(calls, "from")).collect()
     })
 }
 
-fn outgoing_calls(server: &mut Server, params: Value) -> Result<Value, Refusal> {
-    of_item(server, &params, |view, label| {
+fn outgoing_calls(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
+    of_item(programs, &params, |view, label| {
         let calls = symbols::outgoing(view.analysis, label);
         calls.iter().filter(|calls| calls.label.is_some()).map(|calls| view.calls(calls, "to")).collect()
     })
 }
 
-fn document_links(server: &mut Server, params: Value) -> Result<Value, Refusal> {
+fn document_links(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let uri = convert::document(&params)?;
-    Ok(about(server, &uri, |view, source| {
+    Ok(about(programs, &uri, |view, source| {
         let links = symbols::includes(view.analysis, source);
         Some(links.iter().map(|(span, path)| view.link(*span, path)).collect())
     }))

@@ -192,3 +192,11 @@ fn garbage_ends_soon() {
     println!("1 MB of garbage: {took:?}");
     assert!(took.as_secs() < 5 * 10, "{took:?}"); // unoptimised; the bar is 1 s
 }
+
+#[test]
+fn any_bytes_are_answered() {
+    let requests = include_bytes!("../../../../fuzz/corpus/lsp_messages/requests");
+    for end in 0..requests.len() {
+        gradus_lsp::fuzz_messages(&requests[..end.min(400) + end / 4]);
+    }
+}
