@@ -5,15 +5,17 @@
 //! asleep: it costs nothing until a new vector, or anybody, wakes it.
 //!
 //! A motor rests when it was slower than 1/5000 turn a second for 5 ms, which is longer than a period of its resonance, under a
-//! vector that stood. Without any friction it may never rest. Its winding goes on warming or cooling; that has a closed form.
+//! vector that stood, when its currents stay as they are, and when the chip has found that it stands (65 ms). Without any friction it may never rest. Its winding goes on warming or cooling; that has a closed form.
 
+use crate::coil_vector::CoilVector;
 use crate::contacts::{Contacts, STEP_US};
 use crate::driver::{CoilFault, Driver, DriverSettings, DriverState};
 use crate::encoder::NullLatch;
+use crate::field::{Coil, Drive, Field};
 use crate::microsteps::MICROSTEPS_PER_FULL_STEP;
 use crate::motors::{Mechanics, Motor};
 use crate::rigid::RigidRotor;
-use crate::stepper::{Coil, Currents, Drive, Field, Stepper};
+use crate::stepper::{Currents, Stepper};
 use crate::winding::Winding;
 use crate::{Encoder, NullEvent, Surroundings, Switch, Travel};
 
@@ -36,9 +38,7 @@ pub struct StepperAxis {
     rotor: Rotor,
     driver: Driver,
     winding: Winding,
-    /// The vector that was set, and that of the latest step.
-    phase: i32,
-    stepped_phase: i32,
+    vector: CoilVector,
     /// Steps that the rotor has stood.
     quiet: u8,
     awake: bool,
@@ -86,6 +86,15 @@ pub struct Readings {
     pub stallguard: u16,
 }
 
+impl Readings {
+    /// True if each is a number.
+    pub fn are_sane(&self) -> bool {
+        let Self { position, speed_rps, load_nm, torque_nm, load_angle_deg, current_a, winding_c, driver_c, .. } = self;
+        let all = [position, speed_rps, load_nm, torque_nm, load_angle_deg, current_a, winding_c, driver_c];
+        all.iter().all(|reading| reading.is_finite())
+    }
+}
+
 impl StepperAxis {
     /// An axis that never loses a step, at position 0, with the default encoder and without switches.
     pub fn rigid(full_steps_per_turn: u32) -> Self {
@@ -102,8 +111,7 @@ impl StepperAxis {
             rotor,
             driver: Driver::new(FULL_SCALE_A),
             winding: Winding::default(),
-            phase: 0,
-            stepped_phase: 0,
+            vector: CoilVector::default(),
             quiet: 0,
             awake: false,
             time_us: 0,
@@ -114,6 +122,11 @@ impl StepperAxis {
             travel: Travel::default(),
             encoder: Some(Encoder::default()),
         }
+    }
+
+    /// Gives StallGuard2 a noise of so many counts, standard deviation, from a seed.
+    pub fn set_stallguard_noise(&mut self, counts: f64, seed: u32) {
+        self.driver.set_noise(counts, seed);
     }
 
     /// Gives the driver chip another current at full scale, in amperes RMS.
@@ -134,8 +147,8 @@ impl StepperAxis {
     /// Applies a coil vector. `phase` counts microsteps and wraps; `current` is 0..=255, 0 for none.
     #[inline]
     pub fn set_coils(&mut self, phase: i32, current: u8) {
-        let changed = self.driver.set_current(current) || phase != self.phase;
-        self.phase = phase;
+        let changed = self.driver.set_current(current) || phase != self.vector.phase;
+        self.vector.phase = phase;
         if changed {
             self.wake();
         }
@@ -156,8 +169,8 @@ impl StepperAxis {
     fn follow(&mut self) {
         let Rotor::Rigid { rotor, .. } = &mut self.rotor else { return };
         let surroundings = Surroundings::default();
-        match self.driver.drive(0, surroundings.supply_v, surroundings.temperature_c) {
-            Drive::Current(_) | Drive::Voltage(_) => rotor.follow(self.phase, self.travel.ends),
+        match self.driver.drive(0.0, surroundings.supply_v, surroundings.temperature_c) {
+            Drive::Current(_) | Drive::Voltage(_) => rotor.follow(self.vector.phase, self.travel.ends),
             Drive::Open | Drive::Shorted => rotor.release(),
         }
     }
@@ -175,7 +188,7 @@ impl StepperAxis {
 
     /// Takes the current away.
     pub fn release(&mut self) {
-        self.set_coils(self.phase, 0);
+        self.set_coils(self.vector.phase, 0);
     }
 }
 
@@ -211,6 +224,7 @@ impl StepperAxis {
         }
         self.time_us = now_us;
         let stands = self.step(surroundings);
+        debug_assert!(self.is_sane(), "{self:?}");
         if self.travel.bounces() {
             self.contacts.step(&self.travel, self.position());
         }
@@ -220,17 +234,28 @@ impl StepperAxis {
 
     /// A step of the motor; true if it stands.
     fn step(&mut self, surroundings: &Surroundings) -> bool {
-        let turned = self.phase.wrapping_sub(core::mem::replace(&mut self.stepped_phase, self.phase));
+        let (turned, speed) = self.vector.step();
         let Rotor::Motor(motor) = &mut self.rotor else { return turned == 0 };
         let Surroundings { supply_v: volts, temperature_c } = *surroundings;
-        let drive = self.driver.drive(turned, volts, temperature_c);
-        let ends = self.travel.ends;
-        let field = Field { phase: self.phase, turned, drive, volts, broken: self.driver.broken(), ends };
+        motor.warm_to(self.winding.temperature_c(0));
+        let drive = self.driver.drive(speed, volts, temperature_c);
+        let (phase, ends) = (self.vector.phase, self.travel.ends);
+        let field = Field { phase, turned, speed, drive, volts, broken: self.driver.broken(), ends };
         let before = motor.position();
-        motor.step(field);
+        motor.step(&field);
         self.driver.observe(&field, motor);
         self.winding.step(motor.warmth(), temperature_c);
-        turned == 0 && (motor.position() - before).abs() < REST_SPEED
+        let stands = turned == 0 && (motor.position() - before).abs() < REST_SPEED;
+        stands && motor.has_settled() && self.driver.is_at_rest()
+    }
+
+    /// Nothing is absurd.
+    fn is_sane(&self) -> bool {
+        let motor = match &self.rotor {
+            Rotor::Rigid { .. } => true,
+            Rotor::Motor(motor) => motor.is_sane(),
+        };
+        motor && self.winding.temperature_c(0).is_finite()
     }
 
     /// What instruments show at a time after the latest step.
@@ -293,7 +318,7 @@ impl StepperAxis {
     pub fn block(&mut self, blocked: bool) {
         match &mut self.rotor {
             Rotor::Rigid { rotor, .. } => rotor.blocked = blocked,
-            Rotor::Motor(motor) => motor.blocked = blocked,
+            Rotor::Motor(motor) => motor.block(blocked),
         }
         self.wake();
     }

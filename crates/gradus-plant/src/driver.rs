@@ -1,19 +1,18 @@
-//! The driver chip of a stepper motor: current scale, StallGuard2, CoolStep, StealthChop, temperature and shorts.
+//! The driver chip of a stepper motor: current scale, CoolStep, temperature and shorts, and what measures and regulates in it.
 //!
-//! A model after the data sheets of TMC2660 and TMC5160; what they do not state is chosen here:
+//! A model after the data sheets of TMC2660 and TMC5160; what they do not state is chosen here, in `stall_guard` and
+//! `stealth_chop`:
 //! - A current of 0 is none. Any other sets one of 32 steps, `current / 8`: (step + 1)/32 of full scale.
 //! - The scale of the coil vector, which a closed loop changes, is exact.
-//! - StallGuard2 measures over a full step of the coil vector. `s = min(1, 1.6 E/V)` is the share of its range that the
-//!   back-EMF `E` of that speed at supply `V` opens up; the reading is `1000 s (1 - |sin d|) m + 25 (threshold - 20 s)`, between
-//!   0 and 1023, with the mean load angle `d` (beyond 90 degrees: 0) and the share `m` of the full step that the rotor
-//!   has followed. So the threshold that makes the reading 0 just at 90 degrees is `20 s`. The first term fades below one
-//!   turn a second and above `E = 0.8 V`, and has 3 % of noise, from a seed that is always the same. A reading of 0 is a stall.
 //! - CoolStep regulates between the run current and a half or a quarter of it, at every reading.
 //! - StallGuard2 and CoolStep rest while StealthChop is on; the reading is then 0 without a stall.
 //! - Too hot means off at 150 degC until the warning at 120 degC is gone. A short switches off until the stage is told to
 //!   carry no current.
 
-use crate::stepper::{Coil, Drive, Field, Reading, Stepper};
+use crate::field::{Coil, Drive, Field, STEP_S};
+use crate::stall_guard::{Found, Sensitivity, StallGuard, on_time};
+use crate::stealth_chop::{Amplitude, Measured, StealthChop, volts};
+use crate::stepper::Stepper;
 
 /// Settings of the driver chip. Speeds are in 1/256 full steps a second.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -62,19 +61,6 @@ pub struct CoolStep {
     pub quarter: bool,
 }
 
-/// Settings of StealthChop.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct StealthChop {
-    /// Speed below which it works.
-    pub below: u32,
-    /// PWM amplitude that a step frequency of 62 500 microsteps a second adds, in 1/255.
-    pub gradient: u8,
-    /// PWM amplitude at rest, in 1/255.
-    pub amplitude: u8,
-    /// The amplitude is regulated to the current that is wanted; `gradient` and `amplitude` have no influence then.
-    pub autoscale: bool,
-}
-
 /// What the chip reports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct DriverState {
@@ -114,9 +100,6 @@ pub enum CoilFault {
     Short,
 }
 
-/// PWM scale at which the RMS voltage is that of the supply (TMC5160: 248/256 of the peak).
-const PWM_FULL: f64 = 374.0;
-
 /// Supply below which the chip reports it (TMC249: operation from 7 V).
 const LEAST_V: f64 = 7.0;
 
@@ -124,7 +107,7 @@ const WARNING_C: f64 = 120.0;
 const SHUTDOWN_C: f64 = 150.0;
 
 /// Plant steps in a second.
-const STEPS_HZ: f64 = 1.0 / crate::stepper::STEP_S;
+const STEPS_HZ: f64 = 1.0 / STEP_S;
 
 /// A driver chip with its power stage.
 #[derive(Clone, PartialEq, Debug)]
@@ -139,9 +122,11 @@ pub(crate) struct Driver {
     /// What the coil vector is scaled by.
     scale: f64,
     pub(crate) state: DriverState,
-    gauge: Gauge,
+    stall_guard: StallGuard,
+    amplitude: Amplitude,
     high_readings: u8,
-    noise: u32,
+    /// Length of the current vector that is wanted, in amperes.
+    wanted_a: f64,
 }
 
 impl Driver {
@@ -154,15 +139,21 @@ impl Driver {
             current: 0,
             scale: 1.0,
             state: DriverState::default(),
-            gauge: Gauge::default(),
+            stall_guard: StallGuard::default(),
+            amplitude: Amplitude::default(),
             high_readings: 0,
-            noise: 1,
+            wanted_a: 0.0,
         }
     }
 
     /// Sets the current at full scale, in amperes RMS.
     pub(crate) fn set_full_scale(&mut self, rms_a: f64) {
         self.full_scale_a = rms_a * std::f64::consts::SQRT_2;
+    }
+
+    /// Gives StallGuard2 a noise of so many counts, standard deviation, from a seed.
+    pub(crate) fn set_noise(&mut self, counts: f64, seed: u32) {
+        self.stall_guard.set_noise(counts, seed);
     }
 
     /// Sets the run current, 0..=255; true if it is another one.
@@ -190,10 +181,10 @@ impl Driver {
         self.heated_c.unwrap_or(board_c)
     }
 
-    /// Looks at the temperature and the coils, and says what the coils get. `turned` is in microsteps a step.
-    pub(crate) fn drive(&mut self, turned: i32, volts: f64, board_c: f64) -> Drive {
+    /// Looks at the temperature and the coils, and says what the coils get. The speed is in microsteps a step.
+    pub(crate) fn drive(&mut self, turned: f64, supply_v: f64, board_c: f64) -> Drive {
         self.watch_faults(board_c);
-        self.state.undervoltage = volts < LEAST_V;
+        self.state.undervoltage = supply_v < LEAST_V;
         let state = &self.state;
         if !self.settings.enabled || state.overheated || state.shorted != [false; 2] {
             return Drive::Open;
@@ -201,16 +192,18 @@ impl Driver {
         if self.current == 0 {
             return if self.settings.shorted { Drive::Shorted } else { Drive::Open };
         }
-        let speed = f64::from(turned.unsigned_abs()) * STEPS_HZ;
-        let stealth = self.settings.stealth_chop.filter(|stealth| speed < f64::from(stealth.below));
+        let speed = turned.abs() * STEPS_HZ;
+        let stealth = self.stealth(speed);
         self.state.stealth = stealth.is_some();
-        if stealth.is_none() {
-            self.state.pwm_scale = 0;
-        }
-        match stealth {
-            Some(stealth) if !stealth.autoscale => self.unregulated(stealth, speed, volts),
-            _ => Drive::Current(self.full_scale_a * self.scale * f64::from(self.current_step(speed) + 1) / 32.0),
-        }
+        self.wanted_a = self.full_scale_a * self.scale * f64::from(self.current_step(speed) + 1) / 32.0;
+        let scale = stealth.map(|stealth| self.amplitude.scale(stealth, speed));
+        self.state.pwm_scale = scale.unwrap_or(0.0) as u8;
+        scale.map_or(Drive::Current(self.wanted_a), |scale| Drive::Voltage(volts(scale, supply_v)))
+    }
+
+    /// The settings of StealthChop, if it works at a speed.
+    fn stealth(&self, speed: f64) -> Option<StealthChop> {
+        self.settings.stealth_chop.filter(|stealth| speed < f64::from(stealth.below))
     }
 
     /// The step of the current scale, lowered by CoolStep where it works.
@@ -220,12 +213,6 @@ impl Driver {
             self.state.current_step = self.current / 8;
         }
         self.state.current_step
-    }
-
-    fn unregulated(&mut self, stealth: StealthChop, speed: f64, volts: f64) -> Drive {
-        let scale = f64::from(stealth.amplitude) + f64::from(stealth.gradient) * speed / 62_500.0;
-        self.state.pwm_scale = scale.min(255.0) as u8;
-        Drive::Voltage(volts * std::f64::consts::SQRT_2 * scale.min(255.0) / PWM_FULL)
     }
 
     fn watch_faults(&mut self, board_c: f64) {
@@ -248,40 +235,50 @@ impl Driver {
         }
     }
 
+    /// True if the chip would do nothing more while nothing changes.
+    #[inline]
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.current == 0 || self.stall_guard.is_standing()
+    }
+
     /// Looks at a step that has been done.
     #[inline]
     pub(crate) fn observe(&mut self, field: &Field, motor: &Stepper) {
-        if self.state.stealth {
-            self.rest(&motor.reading, field.volts);
-        } else if field.turned != 0
-            && let Some(reserve) = self.gauge.sample(field, &motor.reading, motor.position())
-        {
-            let speed = f64::from(field.turned).abs();
-            self.measure(reserve, motor.emf_v(speed) / field.volts.max(0.1), motor.rps(speed));
+        let settings = &self.settings;
+        let told = Sensitivity { threshold: settings.stall_threshold, filter: settings.stall_filter };
+        let found = self.stall_guard.sample(field, motor, told, self.wanted_a);
+        match field.drive {
+            Drive::Voltage(_) => self.observe_voltage(field, motor),
+            Drive::Current(_) if self.stall_guard.is_standing() => {
+                (self.state.load, self.state.stalled) = (on_time(field, motor), false);
+            }
+            _ => {
+                if let Some(found) = found {
+                    self.take(found);
+                }
+            }
         }
     }
 
-    /// With StealthChop nothing is measured but the voltage.
-    fn rest(&mut self, reading: &Reading, volts: f64) {
+    /// With StealthChop nothing is measured but the current.
+    fn observe_voltage(&mut self, field: &Field, motor: &Stepper) {
         (self.state.load, self.state.stalled) = (0, false);
-        if self.settings.stealth_chop.is_some_and(|stealth| stealth.autoscale) {
-            let rms_v = (0.5 * reading.wanted_square).sqrt();
-            self.state.pwm_scale = (PWM_FULL * rms_v / volts.max(0.1)).min(255.0) as u8;
+        if let Some(stealth) = self.settings.stealth_chop {
+            let measured = Measured {
+                phase: field.phase,
+                lacking_a: self.wanted_a - motor.reading.current_square.sqrt(),
+                resistance_ohm: motor.resistance_ohm(),
+                supply_v: field.volts,
+            };
+            self.amplitude.regulate(stealth, measured);
         }
     }
 
-    /// A full step is over: `reserve` is the share of the torque that is left, `emf` the back-EMF as share of the supply.
-    fn measure(&mut self, reserve: f64, emf: f64, rps: f64) {
-        let range = (1.6 * emf).min(1.0);
-        let usable = (2.0 * rps - 1.0).clamp(0.0, 1.0) * (5.0 * (1.0 - emf)).clamp(0.0, 1.0);
-        let signal = 1000.0 * range * usable * reserve * (1.0 + 0.03 * self.noise());
-        let offset = 25.0 * (f64::from(self.settings.stall_threshold) - 20.0 * range);
-        self.state.strain = (7.0 * (1.0 - reserve)).round() as u8;
-        let Some(reading) = self.gauge.filter((signal + offset).clamp(0.0, 1023.0), self.settings.stall_filter) else {
-            return;
-        };
-        self.state.load = reading as u16;
-        self.state.stalled = self.state.load == 0;
+    /// A full step is over.
+    fn take(&mut self, found: Found) {
+        self.state.strain = (7.0 * (1.0 - found.reserve)).round() as u8;
+        let Some(load) = found.load else { return };
+        (self.state.load, self.state.stalled) = (load, load == 0);
         if let Some(cool) = self.settings.cool_step {
             self.regulate(cool);
         }
@@ -303,63 +300,5 @@ impl Driver {
             }
         }
         self.state.current_step = step.clamp(least, full);
-    }
-
-    /// A number from -1 to 1 (xorshift).
-    fn noise(&mut self) -> f64 {
-        self.noise ^= self.noise << 13;
-        self.noise ^= self.noise >> 17;
-        self.noise ^= self.noise << 5;
-        f64::from(self.noise as i32) / 2_147_483_648.0
-    }
-}
-
-/// Collects what StallGuard2 measures.
-#[derive(Clone, PartialEq, Debug, Default)]
-struct Gauge {
-    full_step: i32,
-    /// Since the full step began: steps, the sum of the reserves, microsteps of the vector, and where the rotor was.
-    samples: f64,
-    reserve: f64,
-    turned: i32,
-    rotor: f64,
-    /// Readings of the filter and their sum.
-    filtered: u8,
-    sum: f64,
-}
-
-impl Gauge {
-    /// Takes a step; at the end of a full step gives back the mean reserve of torque.
-    #[inline]
-    fn sample(&mut self, field: &Field, reading: &Reading, rotor: f64) -> Option<f64> {
-        let (sin, cos) = reading.load_angle;
-        self.samples += 1.0;
-        self.turned = self.turned.saturating_add(field.turned);
-        if cos > 0.0 {
-            self.reserve += 1.0 - sin.abs();
-        }
-        let full_step = field.phase >> 8;
-        if full_step == self.full_step {
-            return None;
-        }
-        let followed = ((rotor - self.rotor) / f64::from(self.turned)).clamp(0.0, 1.0);
-        let reserve = self.reserve / self.samples * if self.turned == 0 { 0.0 } else { followed };
-        *self = Self { full_step, rotor, filtered: self.filtered, sum: self.sum, ..Self::default() };
-        Some(reserve)
-    }
-
-    /// The mean of four readings, once in four, if the filter is on.
-    fn filter(&mut self, reading: f64, on: bool) -> Option<f64> {
-        if !on {
-            (self.filtered, self.sum) = (0, 0.0);
-            return Some(reading);
-        }
-        self.filtered += 1;
-        self.sum += reading;
-        let mean = (self.filtered >= 4).then_some(self.sum * 0.25);
-        if mean.is_some() {
-            (self.filtered, self.sum) = (0, 0.0);
-        }
-        mean
     }
 }

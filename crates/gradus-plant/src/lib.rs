@@ -11,18 +11,25 @@
 //! divided, and their square roots taken.
 
 mod axis;
+mod coil_vector;
+mod coils;
 mod contacts;
 mod driver;
 mod encoder;
 mod equations;
+mod field;
 mod hall;
 mod microsteps;
 mod motors;
+mod noise;
 mod rigid;
 mod servo_machine;
 mod servo_motors;
 mod servo_setup;
+mod stall_guard;
+mod stealth_chop;
 mod stepper;
+mod stepper_gains;
 mod supply;
 mod surroundings;
 mod travel;
@@ -31,15 +38,18 @@ mod winding;
 
 pub use axis::{Readings, StepperAxis};
 pub use contacts::STEP_US;
-pub use driver::{CoilFault, CoolStep, DriverSettings, DriverState, StealthChop};
+pub use driver::{CoilFault, CoolStep, DriverSettings, DriverState};
 pub use encoder::{Channels, Encoder, NullEvent};
+pub use field::Coil;
 pub use hall::{HallOrder, HallSensors};
 pub use microsteps::MICROSTEPS_PER_FULL_STEP;
 pub use motors::{MOTORS, Mechanics, Motor};
 pub use servo_machine::{Bridge, Powers, ServoMachine};
 pub use servo_motors::{Phases, SERVO_MOTORS, ServoMotor};
 pub use servo_setup::{BridgeData, ServoSetup};
-pub use stepper::{Coil, Currents};
+pub use stall_guard::STALLGUARD_NOISE;
+pub use stealth_chop::StealthChop;
+pub use stepper::Currents;
 pub use supply::{HIGHEST_V, Supply};
 pub use surroundings::Surroundings;
 pub use travel::{Switch, Travel, Vane};

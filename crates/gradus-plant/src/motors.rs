@@ -5,7 +5,7 @@
 pub struct Motor {
     /// Full steps in a turn of the shaft; four are an electrical period.
     pub full_steps: u32,
-    /// Resistance of a phase in ohms, warm or cold: the model keeps it.
+    /// Resistance of a phase in ohms at 25 degC; it rises by 0.39 % with a kelvin.
     pub resistance_ohm: f64,
     /// Inductance of a phase in henries.
     pub inductance_h: f64,
@@ -58,6 +58,18 @@ impl Motor {
     }
 }
 
+impl Motor {
+    /// Turns a second up to which a supply gives the motor its rated current under full load: `(R I)^2 + (X I + E)^2 = V^2`,
+    /// with the amplitude `I`, the reactance `X` and the back-EMF `E`. 0 if it gives it nowhere.
+    pub fn limit_rps(&self, supply_v: f64) -> f64 {
+        let amps = std::f64::consts::SQRT_2 * self.current_a;
+        let resistive_v = self.resistance_ohm * amps;
+        let left_v = (supply_v * supply_v - resistive_v * resistive_v).max(0.0).sqrt();
+        let volts_per_rad_s = f64::from(self.full_steps / 4) * self.inductance_h * amps + self.torque_constant();
+        left_v / volts_per_rad_s / std::f64::consts::TAU
+    }
+}
+
 impl Default for Motor {
     /// QSH5718-51.
     fn default() -> Self {
@@ -94,6 +106,21 @@ mod tests {
         assert_eq!(Motor::named("qsh5718-51"), Some(Motor::default()));
         assert_eq!(Motor::named("QSH6018-86").map(|motor| motor.holding_torque_nm), Some(3.1));
         assert_eq!(Motor::named("QSH"), None);
+    }
+
+    #[test]
+    fn supply_suffices_up_to_the_limit_speed() {
+        // The manual of QSH6018 prints 1.907 and 2.861 turns a second for the -65, 1.144 and 2.003 for the -86: about 0.7 of it.
+        for (name, supply_v, rpm) in [
+            ("QSH5718-51", 24.0, 328.7),
+            ("QSH5718-51", 48.0, 662.1),
+            ("QSH6018-65", 24.0, 155.9),
+            ("QSH6018-86", 24.0, 104.3),
+            ("QSH5718-51", 3.0, 0.0),
+        ] {
+            let found = 60.0 * Motor::named(name).unwrap().limit_rps(supply_v);
+            assert!((found - rpm).abs() < 0.1, "{name} at {supply_v} V: {found}");
+        }
     }
 
     #[test]

@@ -1,12 +1,15 @@
 //! The winding of a motor: it warms with the square of the current.
 
-use crate::stepper::STEP_S;
+use crate::field::STEP_S;
 
 /// Time constant in seconds; the sheets of QSH5718 say 22 to 30 minutes.
 const CONSTANT_S: f64 = 1_500.0;
 
 /// Kelvin above the surroundings after a long time at the rated current.
 const RISE_K: f64 = 80.0;
+
+/// No winding gets warmer: there it has burnt.
+const WARMEST_C: f64 = 300.0;
 
 /// Share of the difference to its final temperature that a winding takes in a step.
 const SHARE: f64 = STEP_S / CONSTANT_S;
@@ -29,7 +32,7 @@ impl Winding {
     /// A step with the square of a current as share of the rated one.
     #[inline]
     pub(crate) fn step(&mut self, square: f64, board_c: f64) {
-        self.final_c = board_c + RISE_K * square;
+        self.final_c = (board_c + RISE_K * square).min(WARMEST_C);
         self.temperature_c += (self.final_c - self.temperature_c) * SHARE;
     }
 

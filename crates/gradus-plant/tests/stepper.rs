@@ -1,11 +1,12 @@
 //! The stepper motor against its closed forms.
 
+mod motor_rig;
+
 use std::f64::consts::TAU;
 
 use gradus_plant::{Currents, DriverSettings, MOTORS, Mechanics, Motor, Readings, STEP_US, StepperAxis, Surroundings};
 
-/// Microsteps in a turn.
-const TURN: f64 = 51_200.0;
+use motor_rig::Rig;
 
 /// No friction at all, and a load with the inertia of the rotor.
 fn frictionless(motor: &Motor) -> Mechanics {
@@ -15,60 +16,6 @@ fn frictionless(motor: &Motor) -> Mechanics {
 /// The same with what makes an oscillation die out.
 fn damped(motor: &Motor) -> Mechanics {
     Mechanics { viscous_nms: 2e-3, ..frictionless(motor) }
-}
-
-/// An axis on a test bench: 24 V, its rated current, a vector that turns.
-struct Rig {
-    axis: StepperAxis,
-    now_us: u64,
-    phase: f64,
-}
-
-impl Rig {
-    fn new(motor: Motor, mechanics: Mechanics, currents: Currents) -> Self {
-        let mut axis = StepperAxis::with_motor(motor, mechanics, currents);
-        axis.set_full_scale(motor.current_a);
-        Self { axis, now_us: 0, phase: 0.0 }
-    }
-
-    /// A step with a vector of so many turns a second.
-    fn step(&mut self, rps: f64) {
-        self.phase += rps * TURN * 1e-4;
-        self.axis.set_coils(self.phase.floor() as i32, 255);
-        self.advance();
-    }
-
-    fn advance(&mut self) {
-        self.now_us += STEP_US;
-        self.axis.advance(self.now_us, &Surroundings::default());
-    }
-
-    fn stepped(&mut self, rps: f64) -> Readings {
-        self.step(rps);
-        self.readings()
-    }
-
-    fn run(&mut self, rps: f64, steps: usize) {
-        (0..steps).for_each(|_| self.step(rps));
-    }
-
-    /// Goes from rest to a speed, with an acceleration in turns per s^2.
-    fn ramp(&mut self, acceleration: f64, rps: f64) {
-        let mut speed = 0.0;
-        while speed < rps {
-            speed = f64::min(speed + acceleration * 1e-4, rps);
-            self.step(speed);
-        }
-    }
-
-    fn readings(&self) -> Readings {
-        self.axis.readings(self.now_us, &Surroundings::default())
-    }
-
-    /// Full steps that the rotor is behind its vector.
-    fn lag(&self) -> f64 {
-        (self.phase - self.readings().position) / 256.0
-    }
 }
 
 /// Pull-out torque of a motor whose voltage has a fixed length and any angle.
@@ -116,7 +63,9 @@ fn check_pull_out(name: &str, motor: Motor, currents: Currents, speeds_rpm: &[f6
 fn pull_out_torque_falls_with_speed_as_its_closed_form() {
     let speeds_rpm = [60.0, 150.0, 300.0, 450.0, 600.0, 750.0, 900.0];
     check_pull_out("QSH5718-51", Motor::default(), Currents::QuasiStatic, &speeds_rpm);
-    check_pull_out("QSH5718-51", Motor::default(), Currents::Electrical, &speeds_rpm);
+    // Coils with an inductance get more than a vector of fixed length: where that matters, see `saturation`.
+    check_pull_out("QSH5718-51", Motor::default(), Currents::Electrical, &speeds_rpm[..3]);
+    check_pull_out("QSH5718-51", Motor::default(), Currents::Hybrid, &speeds_rpm[..3]);
 }
 
 #[test]
@@ -144,7 +93,7 @@ fn rotor_resonates_at_the_frequency_of_its_stiffness() {
         let motor = Motor { detent_torque_nm: 0.0, ..*motor };
         let stiffness = f64::from(motor.full_steps / 4) * motor.holding_torque_nm;
         let expected = (stiffness / (2.0 * motor.inertia_kgm2)).sqrt() / TAU;
-        for currents in [Currents::QuasiStatic, Currents::Electrical] {
+        for currents in [Currents::Hybrid, Currents::QuasiStatic, Currents::Electrical] {
             let found = resonance_hz(motor, currents);
             assert!((found / expected - 1.0).abs() < 0.01, "{name} {currents:?}: {found:.1} Hz, not {expected:.1}");
         }
@@ -277,17 +226,18 @@ fn winding_warms_while_the_axis_sleeps() {
 /// These bits are those of every machine: nothing in the plant depends on a library of the platform.
 #[test]
 fn motion_is_equal_to_the_bit_everywhere() {
-    let bits = [Currents::QuasiStatic, Currents::Electrical].map(|currents| {
+    let bits = [Currents::Hybrid, Currents::QuasiStatic, Currents::Electrical].map(|currents| {
         let mut rig = Rig::new(Motor::default(), Mechanics { load_nm: 0.3, ..Mechanics::default() }, currents);
-        rig.ramp(20.0, 8.0);
+        rig.ramp(20.0, 10.0);
         let Readings { position, speed_rps, winding_c, .. } = rig.readings();
         [position, speed_rps, winding_c].map(f64::to_bits)
     });
     assert_eq!(
         bits,
         [
-            [4_680_364_947_145_283_364, 4_620_699_944_651_021_774, 4_627_735_269_835_646_138],
-            [4_680_356_614_890_997_332, 4_620_671_660_416_043_126, 4_627_735_272_953_331_873],
+            [4_683_524_002_988_050_299, 4_621_797_146_789_142_219, 4_627_736_487_832_948_871],
+            [4_683_527_318_298_598_097, 4_621_814_242_012_594_980, 4_627_735_607_838_787_758],
+            [4_683_524_002_988_051_498, 4_621_797_146_789_134_055, 4_627_736_484_282_080_340],
         ]
     );
 }

@@ -51,6 +51,8 @@ pub struct Bench {
     /// Since when the module does nothing although it has power.
     hung_since_us: Option<u64>,
     notices: Notices,
+    /// The supply of the module is switched on; it may be too low.
+    switched_on: bool,
 }
 
 /// The board with and without power. The firmware's time starts anew with the power.
@@ -65,7 +67,7 @@ impl Bench {
     pub fn new(catalogue: &'static catalogue::Module, mut machine: Machine, eeprom: Eeprom) -> Self {
         machine.fit(catalogue);
         let board = Board::On { firmware: Firmware::new(catalogue, machine, eeprom), since_us: 0 };
-        Self {
+        let mut bench = Self {
             catalogue,
             now_us: 0,
             board,
@@ -73,7 +75,10 @@ impl Bench {
             links: 0,
             hung_since_us: None,
             notices: Notices::default(),
-        }
+            switched_on: true,
+        };
+        bench.watch_supply();
+        bench
     }
 
     /// A module with an erased EEPROM on a machine of default motors without switches.
@@ -141,6 +146,7 @@ impl Bench {
     /// The motors take a step at every multiple of 100 us while one of them is awake. Up to there the module sees them as
     /// they were after the step before; what it does at that very time comes after the step.
     fn pass(&mut self, end_us: u64) {
+        self.watch_supply();
         while let Some(step_us) = self.next_of_machine().filter(|step_us| *step_us <= end_us) {
             self.poll(step_us - 1);
             self.machine().advance(step_us);
@@ -278,8 +284,35 @@ impl Bench {
         }
     }
 
+    /// True while the supply is switched on, be it too low for the module or not.
+    pub fn is_switched_on(&self) -> bool {
+        self.switched_on
+    }
+
+    /// A supply below the least that the module runs with is none; with enough of it the module starts anew.
+    fn watch_supply(&mut self) {
+        let suffices = self.machine_ref().io.surroundings.supply_v >= f64::from(self.catalogue.least_supply_v);
+        match (suffices && self.switched_on, self.has_power()) {
+            (false, true) => self.stop_board(),
+            (true, false) => self.start_board(),
+            _ => {}
+        }
+    }
+
     /// Cuts the power: the RAM is lost, the motors are without current, the outputs low. Without effect if it is off.
     pub fn power_off(&mut self) {
+        self.switched_on = false;
+        self.watch_supply();
+    }
+
+    /// Gives the power back: the module starts with what its EEPROM holds. Without effect if it is on, and as long as the supply
+    /// is too low.
+    pub fn power_on(&mut self) {
+        self.switched_on = true;
+        self.watch_supply();
+    }
+
+    fn stop_board(&mut self) {
         self.hung_since_us = None;
         self.replace_board(|board| match board {
             Board::On { firmware, .. } => {
@@ -291,8 +324,7 @@ impl Bench {
         });
     }
 
-    /// Gives the power back: the module starts with what its EEPROM holds. Without effect if it is on.
-    pub fn power_on(&mut self) {
+    fn start_board(&mut self) {
         let (catalogue, since_us) = (self.catalogue, self.now_us);
         self.replace_board(|board| match board {
             Board::Off(parts) => {

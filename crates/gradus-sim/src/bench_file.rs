@@ -8,15 +8,17 @@
 //!
 //! [axis.0]
 //! motor = "QSH5718-51"                     # the default; "rigid" never loses a step
-//! currents = "quasi-static"                # the default; "electrical" gives the coils their inductance
+//! currents = "hybrid"                      # the default; also "electrical" and "quasi-static"
 //! inertia = 200                            # of the load at the shaft in gcm^2; the default
 //! friction = 0.01                          # Coulomb friction at the shaft in Nm; the default
 //! viscous = 0.001                          # viscous friction in Nm per rad/s; the default
 //! load = 0.05                              # a weight: torque against the positive direction in Nm; 0 if left out
 //! full_steps = 200                         # of a turn; those of the motor if left out
 //! travel_per_turn = 5.0                    # lead of the screw in mm, so that all lengths are in mm; 1 if left out: turns
+//! reversed = false                         # true: positive turns of the shaft move the carriage in negative direction
 //! start = 42.0                             # where the carriage stands when the bench is built; 0 if left out
 //! encoder = { counts_per_turn = 4096, index = 0 }   # without an index there is no null channel; `reversed = true`
+//! stallguard = { noise = 10.0, seed = 1 }  # counts, standard deviation; the defaults, but the seed is the axis' number and 1
 //!
 //! [axis.0.travel]
 //! left = { at = 0.0 }                      # closed here and further left; with a width only so far
@@ -256,10 +258,10 @@ impl Document {
             return Err(Misfit::new(Some(table.span()), message));
         }
         let count = self.module.axes;
-        let mut axes = vec![AxisTable::default().build(); count.into()];
+        let mut axes: Vec<MachineAxis> = (0..count).map(|number| AxisTable::default().build(number)).collect();
         for (number, table) in &self.axis {
             let index = choose(number, 0..count, "an axis")?;
-            axes[usize::from(index)] = table.build();
+            axes[usize::from(index)] = table.build(index);
         }
         Ok(axes)
     }

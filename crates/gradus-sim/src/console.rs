@@ -278,7 +278,7 @@ const COMMANDS: &[Command] = &[
     change(
         "supply",
         &[Operand::Real { name: "VOLTS", min: 0.0, max: 60.0 }],
-        "supply of the motors",
+        "supply of the module and its motors; too little resets it",
         |bench, value| {
             bench.machine().io.surroundings.supply_v = value[0];
         },
@@ -334,7 +334,11 @@ fn show(bench: &mut Bench) -> String {
 }
 
 fn show_supply(bench: &mut Bench) -> String {
-    let power = if bench.has_power() { "on" } else { "off" };
+    let power = match (bench.has_power(), bench.is_switched_on()) {
+        (true, _) => "on",
+        (false, false) => "off",
+        (false, true) => "off as the supply is too low",
+    };
     let time_s = bench.now() as f64 * 1e-6;
     let io = &bench.machine().io;
     let Surroundings { supply_v, temperature_c } = io.surroundings;

@@ -4,7 +4,7 @@ use gradus_firmware::{
     AxisInputs, CoolStep, DriverSettings, DriverState, NullEvent, Ports, Servo, StealthChop, StepperStage, Steppers,
     Switches,
 };
-use gradus_plant::{STEP_US, StepperAxis};
+use gradus_plant::{STALLGUARD_NOISE, STEP_US, StepperAxis};
 use gradus_tmcl::catalogue::{Model, Module};
 
 use crate::{MachineIo, ServoDrive};
@@ -29,6 +29,15 @@ pub struct MachineAxis {
     pub plant: StepperAxis,
     /// How the power stage reports.
     pub chip: DriverChip,
+}
+
+impl MachineAxis {
+    /// The default axis of this number, whose StallGuard2 has a noise of its own.
+    fn of(number: u8) -> Self {
+        let mut axis = Self::default();
+        axis.plant.set_stallguard_noise(STALLGUARD_NOISE, u32::from(number) + 1);
+        axis
+    }
 }
 
 impl StepperStage for MachineAxis {
@@ -138,7 +147,7 @@ impl Machine {
     pub fn of(catalogue: &Module) -> Self {
         let (steppers, servos) = if catalogue.is_servo() { (0, catalogue.axes) } else { (catalogue.axes, 0) };
         Self {
-            axes: vec![MachineAxis::default(); steppers.into()],
+            axes: (0..steppers).map(MachineAxis::of).collect(),
             servos: vec![ServoDrive::default(); servos.into()],
             io: MachineIo::of(catalogue),
         }

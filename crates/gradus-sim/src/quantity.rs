@@ -118,6 +118,8 @@ quantities! {
     degrees: Number::any("degrees", -36_000.0, 36_000.0);
     /// Torque of a motor's current.
     torque_constant: Number::any("Nm/A", 1e-4, 1e3);
+    /// Noise of a StallGuard2 reading.
+    counts_of_noise: Number::any("counts", 0.0, 1e3);
     /// Capacitor of a supply.
     millifarads: Number::any("millifarads", 1e-2, 1e3);
     /// What a board takes.

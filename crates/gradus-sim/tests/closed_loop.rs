@@ -142,8 +142,10 @@ fn field_weakening_gives_torque_at_a_speed_beyond_the_reach_of_the_supply() {
         host.bench.run_for(3 * SECOND_US);
         host.get(Ap::MeasuredSpeed)
     };
-    let (without, with) = (speed(0), speed(255));
-    assert!(f64::from(with) > 1.05 * f64::from(without), "{with} pps with field weakening, {without} pps without");
+    // By half a right angle: the whole one, which is there from 900 000 pps on, leaves no torque at more than that. So it is
+    // with the independent model of `tools/reference`.
+    let (without, with) = (speed(0), speed(128));
+    assert!(f64::from(with) > 1.15 * f64::from(without), "{with} pps with field weakening, {without} pps without");
 }
 
 #[test]
@@ -185,18 +187,18 @@ fn recovery_from_an_overload_by_gain_and_inertia() {
     }
     insta::assert_snapshot!(grid, @"
     115     inertia   behind ahead   ms
-      1000   100 gcm2   18161   32   266
-      1000   500 gcm2   11910  195   264
-      1000  2000 gcm2    5663  222   329
-      3000   100 gcm2   18161   49   209
-      3000   500 gcm2   11910  172   190
-      3000  2000 gcm2    5663  284   303
-     10000   100 gcm2   18161   91   190
-     10000   500 gcm2   11910  192   172
-     10000  2000 gcm2    5663   10    78
-     30000   100 gcm2   18161   55   184
-     30000   500 gcm2   11910  167   164
-     30000  2000 gcm2    5663  512   309
+      1000   100 gcm2   18134   44   265
+      1000   500 gcm2   11900  194   264
+      1000  2000 gcm2    5660  222   329
+      3000   100 gcm2   18134   67   209
+      3000   500 gcm2   11900  194   204
+      3000  2000 gcm2    5660  293   289
+     10000   100 gcm2   18134   89   190
+     10000   500 gcm2   11900  142   156
+     10000  2000 gcm2    5660   49    78
+     30000   100 gcm2   18134   51   184
+     30000   500 gcm2   11900  132   147
+     30000  2000 gcm2    5660  507   309
     ");
 }
 

@@ -45,7 +45,8 @@ fn machine_faults_happen_at_their_time() {
     let cases = [
         (travel, "switch 0 left stuck 1", "GAP 11, 0", [Some(0), Some(1)]),
         ("", "temperature 0 150", "GAP 208, 0", [Some(0x80), Some(0x86)]),
-        ("", "supply 7.5", "GIO 8, 1", [Some(240), Some(75)]),
+        ("", "supply 9.5", "GIO 8, 1", [Some(240), Some(95)]),
+        ("", "supply 7.5", "GIO 8, 1", [Some(240), None]),
         ("", "power off", "GAP 4, 0", [Some(51_200), None]),
         ("", "hang 1", "GAP 4, 0", [Some(51_200), None]),
     ];
@@ -108,11 +109,13 @@ fn reset_loses_the_ram_and_keeps_the_eeprom() {
 }
 
 #[test]
-fn loss_of_the_motor_supply_leaves_the_logic() {
+fn supply_that_is_too_low_resets_the_module() {
     let mut host = Host::with_event("", "supply 0");
     host.ask("SGP 9, 2, 42");
     host.bench.run_until(2 * SECOND_US);
-    assert_eq!(host.ask("GGP 9, 2"), Some(42));
+    assert_eq!(host.ask("GGP 9, 2"), None);
+    gradus_sim::console::execute("supply 24", &mut host.bench).unwrap();
+    assert_eq!(host.ask("GGP 9, 2"), Some(0), "the RAM is lost");
 }
 
 #[test]

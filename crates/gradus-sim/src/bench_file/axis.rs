@@ -2,15 +2,15 @@
 
 use std::fmt;
 
-use gradus_plant::{Currents, Encoder, MOTORS, Mechanics, Motor, StepperAxis, Travel, Vane};
+use gradus_plant::{Currents, Encoder, MOTORS, Mechanics, Motor, STALLGUARD_NOISE, StepperAxis, Travel, Vane};
 use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use crate::MachineAxis;
 use crate::quantity::{
-    amperes, bounce, counts, full_steps, inductance, inertia, load, place, resistance, slip, torque, travel_per_turn,
-    vane_width, width,
+    amperes, bounce, counts, counts_of_noise, full_steps, inductance, inertia, load, place, resistance, slip, torque,
+    travel_per_turn, vane_width, width,
 };
 
 /// kg m^2 in a gcm^2.
@@ -33,15 +33,36 @@ pub(super) struct AxisTable {
     full_steps: Option<u32>,
     #[serde(deserialize_with = "travel_per_turn")]
     travel_per_turn: f64,
+    /// The carriage moves in negative direction when the shaft turns in positive direction.
+    reversed: bool,
     #[serde(deserialize_with = "place")]
     start: f64,
     travel: TravelTable,
     encoder: Option<EncoderTable>,
+    stallguard: StallGuardTable,
+}
+
+/// What makes readings of StallGuard2 differ.
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table such as { noise = 10.0, seed = 1 }")]
+struct StallGuardTable {
+    /// Standard deviation in counts.
+    #[serde(deserialize_with = "counts_of_noise")]
+    noise: f64,
+    /// That of the axis' number, unless it is named.
+    seed: Option<u32>,
+}
+
+impl Default for StallGuardTable {
+    fn default() -> Self {
+        Self { noise: STALLGUARD_NOISE, seed: None }
+    }
 }
 
 #[derive(Deserialize, Clone, Copy)]
 #[serde(rename_all = "kebab-case")]
 enum CurrentsName {
+    Hybrid,
     QuasiStatic,
     Electrical,
 }
@@ -138,16 +159,18 @@ impl Default for AxisTable {
         let Mechanics { inertia_kgm2, friction_nm, viscous_nms, load_nm } = Mechanics::default();
         Self {
             motor: Drive::Motor(Motor::default()),
-            currents: CurrentsName::QuasiStatic,
+            currents: CurrentsName::Hybrid,
             inertia: inertia_kgm2 / GCM2,
             friction: friction_nm,
             viscous: viscous_nms,
             load: load_nm,
             full_steps: None,
             travel_per_turn: 1.0,
+            reversed: false,
             start: 0.0,
             travel: TravelTable::default(),
             encoder: None,
+            stallguard: StallGuardTable::default(),
         }
     }
 }
@@ -199,12 +222,21 @@ impl MotorTable {
 // From the tables to the machine.
 
 impl AxisTable {
-    pub(super) fn build(&self) -> MachineAxis {
+    /// The axis of this number.
+    pub(super) fn build(&self, number: u8) -> MachineAxis {
         let mut plant = self.rotor();
-        plant.travel = self.travel.build(|length| plant.microsteps(length / self.travel_per_turn));
+        let StallGuardTable { noise, seed } = self.stallguard;
+        plant.set_stallguard_noise(noise, seed.unwrap_or(u32::from(number) + 1));
+        plant.travel = self.travel.build(|length| plant.microsteps(self.turns(length)));
         plant.encoder = self.encoder.as_ref().map(|encoder| encoder.build(|turns| plant.microsteps(turns)));
-        plant.place(plant.microsteps(self.start / self.travel_per_turn));
+        plant.place(plant.microsteps(self.turns(self.start)));
         MachineAxis { plant, ..MachineAxis::default() }
+    }
+
+    /// Turns of the shaft at a place of the carriage.
+    fn turns(&self, length: f64) -> f64 {
+        let turns = length / self.travel_per_turn;
+        if self.reversed { -turns } else { turns }
     }
 
     fn rotor(&self) -> StepperAxis {
@@ -213,6 +245,7 @@ impl AxisTable {
             Drive::Motor(motor) => Motor { full_steps: self.full_steps.unwrap_or(motor.full_steps), ..motor },
         };
         let currents = match self.currents {
+            CurrentsName::Hybrid => Currents::Hybrid,
             CurrentsName::QuasiStatic => Currents::QuasiStatic,
             CurrentsName::Electrical => Currents::Electrical,
         };
@@ -231,36 +264,37 @@ impl AxisTable {
 
 impl TravelTable {
     fn build(&self, microsteps: impl Fn(f64) -> i64) -> Travel {
-        let left = |end: &EndTable| Vane {
-            from: end.far(-1.0).map_or(i64::MIN, &microsteps),
-            to: microsteps(end.at),
-            opens: end.normally_closed,
+        let vane = |[from, to]: [f64; 2], opens| {
+            let (from, to) = (microsteps(from), microsteps(to));
+            Vane { from: from.min(to), to: from.max(to), opens }
         };
-        let right = |end: &EndTable| Vane {
-            from: microsteps(end.at),
-            to: end.far(1.0).map_or(i64::MAX, &microsteps),
-            opens: end.normally_closed,
-        };
-        let home = |home: &HomeTable| Vane {
-            from: microsteps(home.at - home.width / 2.0),
-            to: microsteps(home.at + home.width / 2.0),
-            opens: home.normally_closed,
-        };
+        let left = |end: &EndTable| vane([end.at, end.far(-1.0)], end.normally_closed);
+        let right = |end: &EndTable| vane([end.at, end.far(1.0)], end.normally_closed);
+        let home =
+            |home: &HomeTable| vane([home.at - home.width / 2.0, home.at + home.width / 2.0], home.normally_closed);
         let bounce = |end: &Option<EndTable>| end.as_ref().map_or(0, |end| end.bounce);
         Travel {
             left: self.left.as_ref().map(left),
             right: self.right.as_ref().map(right),
             home: self.home.as_ref().map(home),
-            ends: [self.ends.left, self.ends.right].map(|end| end.map(|Place(at)| microsteps(at))),
+            ends: self.ends.build(&microsteps),
             bounce_us: [bounce(&self.left), bounce(&self.right), self.home.as_ref().map_or(0, |home| home.bounce)],
         }
     }
 }
 
 impl EndTable {
-    /// Where the vane ends outwards, if it does.
-    fn far(&self, way: f64) -> Option<f64> {
-        self.width.map(|width| self.at + way * width)
+    /// Where the vane ends outwards, which may be nowhere.
+    fn far(&self, way: f64) -> f64 {
+        self.width.map_or(way * f64::INFINITY, |width| self.at + way * width)
+    }
+}
+
+impl EndsTable {
+    /// The lower and the upper one in microsteps, of which a reversed axis has the right one on the left.
+    fn build(&self, microsteps: impl Fn(f64) -> i64) -> [Option<i64>; 2] {
+        let [left, right] = [self.left, self.right].map(|end| end.map(|Place(at)| microsteps(at)));
+        if microsteps(1e6) < 0 { [right, left] } else { [left, right] }
     }
 }
 

@@ -107,10 +107,13 @@ fn wiring_that_cannot_be_is_refused() {
 fn what_is_not_named_does_not_exist() {
     let file = parsed("module = \"TMCM-3351\"");
     assert_eq!((file.module.name, file.events.len(), file.machine.axes.len()), ("TMCM-3351", 0, 3));
-    let mut bare = StepperAxis::default();
-    bare.encoder = None;
-    bare.place(0);
-    assert!(file.machine.axes.iter().all(|axis| axis.plant == bare));
+    for (seed, axis) in (1..).zip(&file.machine.axes) {
+        let mut bare = StepperAxis::default();
+        bare.set_stallguard_noise(10.0, seed);
+        bare.encoder = None;
+        bare.place(0);
+        assert_eq!(axis.plant, bare);
+    }
     assert_eq!(file.machine.io, MachineIo::default());
 }
 
@@ -170,6 +173,24 @@ fn end_stops_and_bounce_belong_to_the_travel() {
         "travel_per_turn = 5\ntravel = { left = { at = 0, bounce = 0.002 }, ends = { left = -1, right = 11.5 } }";
     let Travel { ends, bounce_us, .. } = axis(&format!("[axis.0]\n{keys}")).travel;
     assert_eq!((ends, bounce_us), ([Some(-10_240), Some(117_760)], [2_000, 0, 0]));
+}
+
+#[test]
+fn reversed_axis_is_a_mirror_image() {
+    let keys = "start = 20\ntravel_per_turn = 5\ntravel = { left = { at = 0 }, right = { at = 100, width = 1 }, \
+                home = { at = 60, width = 2 }, ends = { left = -1, right = 101 } }";
+    let [straight, reversed] = [false, true].map(|reversed| axis(&format!("[axis.0]\nreversed = {reversed}\n{keys}")));
+    assert_eq!(straight.travel.left, Some(Vane::below(0)));
+    assert_eq!(
+        reversed.travel.left,
+        Some(Vane::above(0)),
+        "the left switch is where the motor turns in positive direction"
+    );
+    assert_eq!(straight.travel.right, Some(Vane::between(1_024_000, 1_034_240)));
+    assert_eq!(reversed.travel.right, Some(Vane::between(-1_034_240, -1_024_000)));
+    assert_eq!(reversed.travel.home, Some(Vane::between(-624_640, -604_160)));
+    assert_eq!(reversed.travel.ends, [Some(-1_034_240), Some(10_240)]);
+    assert_eq!((straight.position(), reversed.position()), (204_800, -204_800));
 }
 
 #[test]
@@ -249,7 +270,7 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
         (
             "[axis.0]\nfull_step = 200",
             "3: axis.0.full_step: unknown field `full_step`, expected one of `motor`, `currents`, `inertia`, `friction`, `viscous`, \
-             `load`, `full_steps`, `travel_per_turn`, `start`, `travel`, `encoder`",
+             `load`, `full_steps`, `travel_per_turn`, `reversed`, `start`, `travel`, `encoder`, `stallguard`",
         ),
         (
             "[axis.1]\nfull_steps = 0",
@@ -322,7 +343,11 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
         ),
         (
             "[axis.0]\ncurrents = 'exact'",
-            "3: axis.0.currents: unknown variant `exact`, expected `quasi-static` or `electrical`",
+            "3: axis.0.currents: unknown variant `exact`, expected one of `hybrid`, `quasi-static`, `electrical`",
+        ),
+        (
+            "[axis.0]\nstallguard = { noise = -1 }",
+            "3: axis.0.stallguard.noise: invalid value: integer `-1`, expected counts from 0 to 1000",
         ),
         (
             "[axis.0]\nfriction = -1",

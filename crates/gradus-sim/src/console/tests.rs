@@ -64,11 +64,11 @@ fn machine_is_worked_by_hand() {
     insta::assert_snapshot!(execute("show", &mut bench).unwrap(), @r"
     time 1.000000 s, power on, enable 1, supply 19.5 V, 40 degC
     axis 0: position 0, speed 0 pps, shaft -0.0013 turns, left 0, right 0, home 1 (forced), encoder -6
-            load 0.100 Nm, friction 0.010 Nm, motor 0.107 Nm at 22.8 deg, 0.52 A, winding 25 degC, driver 120 degC, StallGuard 0
+            load 0.100 Nm, friction 0.010 Nm, motor 0.107 Nm at 22.8 deg, 0.52 A, winding 25 degC, driver 120 degC, StallGuard 31
     axis 1: position 0, speed 0 pps, shaft 0.0000 turns, left 0, right 0, home 0, encoder 0 (cut off)
             load 0.000 Nm, friction 0.050 Nm, motor 0.000 Nm at 0.0 deg, 0.00 A, winding 25 degC, driver 160 degC, StallGuard 0
     axis 2: position 0, speed 0 pps, shaft 0.0200 turns, left 0, right 0, home 0, encoder 81
-            load 0.000 Nm, friction 0.010 Nm, motor -0.000 Nm at 0.0 deg, 0.52 A, winding 25 degC, driver 40 degC, StallGuard 0
+            load 0.000 Nm, friction 0.010 Nm, motor 0.000 Nm at 0.0 deg, 0.52 A, winding 25 degC, driver 40 degC, StallGuard 31
     inputs 0-7:  0 0 0 0 0 0 0 0
     outputs 0-7: 0 0 0 0 0 0 0 0
     analog 0: 0, 1: 0, 2: 0, 3: 0, 6: 0, 7: 0
@@ -102,6 +102,28 @@ fn counts_are_lost_while_the_encoder_is_cut_off() {
 fn power_goes_and_comes() {
     assert!(!after(&["power off", "power off"]).has_power());
     assert!(after(&["power off", "power on", "power on"]).has_power());
+}
+
+#[test]
+fn supply_below_the_least_of_the_module_resets_it() {
+    for (module, least) in [(&TMCM_3351, 9), (&TMCM_351, 6), (&TMCM_1617, 6)] {
+        let mut bench = Bench::with_defaults(module);
+        let mut powers = |line: &str| {
+            assert_eq!(execute(line, &mut bench).as_deref(), Ok(""), "{line}");
+            bench.run_for(1_000);
+            bench.has_power()
+        };
+        let low = format!("supply {}.9", least - 1);
+        let lines = [&format!("supply {least}"), &*low, "power on", "power off", "supply 24", "power on"];
+        assert_eq!(lines.map(&mut powers), [true, false, false, false, false, true], "{}", module.name);
+        assert!(!powers(&low), "{}", module.name);
+        let shown = execute("show", &mut bench).unwrap();
+        assert!(shown.contains("power off as the supply is too low"), "{shown}");
+    }
+    let mut bench = after(&["supply 3"]);
+    bench.run_for(1_000_000);
+    assert_eq!(execute("supply 24", &mut bench).as_deref(), Ok(""));
+    assert!(bench.has_power(), "it comes back by itself");
 }
 
 #[test]

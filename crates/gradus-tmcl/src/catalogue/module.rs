@@ -107,6 +107,9 @@ pub struct Module {
     pub program_len: u16,
     /// Coordinates of SCO and GCO, number 0 included; 0 where there are none.
     pub coordinates: u8,
+    /// Volts of the supply below which it does not run: the least that the manual names, 9 V for a TMCM-3351. Those of TMCM-351
+    /// (7 V) and TMCM-1617 (8 V) report a supply below that, so their logic runs on a little.
+    pub least_supply_v: u8,
     /// Microseconds between two control ticks.
     pub tick_us: u32,
     /// Microseconds that a program instruction takes.
@@ -139,6 +142,7 @@ pub static ANY: Module = Module {
     axes: 6,
     program_len: u16::MAX,
     coordinates: 0,
+    least_supply_v: 0,
     tick_us: 100,
     instruction_us: 10,
     axis_parameters: &[],

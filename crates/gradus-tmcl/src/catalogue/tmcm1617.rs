@@ -21,6 +21,7 @@ pub static TMCM_1617: Module = Module {
     axes: 1,
     program_len: 1024,
     coordinates: 0,
+    least_supply_v: 6,
     tick_us: 40,
     instruction_us: 10,
     axis_parameters: AXIS,

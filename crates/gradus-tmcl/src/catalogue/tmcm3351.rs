@@ -24,6 +24,7 @@ pub static TMCM_3351: Module = Module {
     axes: 3,
     program_len: 6144,
     coordinates: 21,
+    least_supply_v: 9,
     tick_us: 100,
     instruction_us: 10,
     axis_parameters: AXIS,

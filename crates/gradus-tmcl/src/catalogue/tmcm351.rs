@@ -22,6 +22,7 @@ pub static TMCM_351: Module = Module {
     axes: 3,
     program_len: 2048,
     coordinates: 21,
+    least_supply_v: 6,
     tick_us: 100,
     instruction_us: 10,
     axis_parameters: AXIS,

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use gradus_host::normalise;
+use gradus_plant::{MOTORS, Motor};
 use gradus_tmcl::catalogue::{AxisParameter, Choice, GlobalParameter, MODULES, Module, Values};
 use serde::Serialize;
 
@@ -23,10 +24,16 @@ pub struct Params {
     /// Print parameters, ports, interrupts and commands with what they mean, as a page of the book
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
+    /// List the motors that a bench file knows by name, with the speeds up to which 24 V and 48 V suffice
+    #[arg(long, conflicts_with_all = ["json", "markdown", "module"])]
+    motor: bool,
 }
 
 impl Params {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
+        if self.motor {
+            return Ok(writeln!(out, "{}", motors())?);
+        }
         if self.markdown {
             return Ok(out.write_all(reference::page(self.module)?.as_bytes())?);
         }
@@ -48,6 +55,19 @@ impl Params {
         }
         Ok(writeln!(out, "{}\n\n{}", axis.trim_fmt(), global.trim_fmt())?)
     }
+}
+
+/// The stepper motors of the catalogue, and their limit speeds in rpm.
+fn motors() -> String {
+    let mut rows = table(["motor", "ohm#", "mH#", "A rms#", "Nm#", "gcm2#", "24 V rpm#", "48 V rpm#"]);
+    for (name, motor) in MOTORS {
+        let Motor { resistance_ohm, inductance_h, current_a, holding_torque_nm, inertia_kgm2, .. } = *motor;
+        let [at_24, at_48] = [24.0, 48.0].map(|volts| format!("{:.0}", 60.0 * motor.limit_rps(volts)));
+        let data = [resistance_ohm, inductance_h * 1e3, current_a, holding_torque_nm, inertia_kgm2 * 1e7];
+        let [ohm, mh, amps, nm, gcm2] = data.map(|value| format!("{}", (value * 1e3).round() / 1e3));
+        rows.add_row([*name, &ohm, &mh, &amps, &nm, &gcm2, &at_24, &at_48]);
+    }
+    rows.trim_fmt()
 }
 
 fn default(value: Option<i64>) -> String {
