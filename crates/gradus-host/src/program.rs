@@ -164,24 +164,35 @@ impl Session {
         Ok(())
     }
 
-    /// Reads the program of the module up to its end mark. Empty as well if the module is protected against reading back.
-    /// `progress` is told how many commands are read.
+    /// Reads the program in the module, from address 0: up to two commands 0 behind each other, which end it, or all of the
+    /// memory. `progress` is told how many commands are read.
     ///
     /// # Errors
-    /// When the line is broken or does not let commands through.
-    pub fn upload(&mut self, mut progress: impl FnMut(usize)) -> Result<Vec<Instruction>, Error> {
+    /// When the line is broken or the module refuses. A module that is protected against reading (global parameter 81)
+    /// answers commands 0.
+    pub fn read_program(&mut self, all: bool, mut progress: impl FnMut(usize)) -> Result<Vec<Instruction>, Error> {
         let job = self.line().job();
-        let mut program = Vec::new();
+        let mut program: Vec<Instruction> = Vec::new();
         for address in 0..self.module()?.program_len {
             self.line().go_on(job)?;
-            let command = self.read_memory(address)?;
-            if command == Instruction::default() {
+            program.push(self.read_memory(address)?);
+            progress(program.len());
+            let ended = program.ends_with(&[Instruction::default(); 2]);
+            if ended && !all {
                 break;
             }
-            program.push(command);
-            progress(program.len());
         }
+        let used = program.iter().rposition(|command| *command != Instruction::default());
+        program.truncate(used.map_or(0, |last| last + 1));
         Ok(program)
+    }
+
+    /// True if the module is protected against reading its program (bit 0 of global parameter 81).
+    ///
+    /// # Errors
+    /// When the line is broken or the module refuses.
+    pub fn hides_program(&mut self) -> Result<bool, Error> {
+        Ok(self.get_global(Gp::CodeProtection, 0)? & 1 != 0)
     }
 
     /// Starts the program where its program counter stands.

@@ -12,7 +12,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gradus_host::trace::{PcapngWriter, Sink};
 use gradus_host::{Line, Place, Session, Terminal, Url};
 use gradus_sim::{BenchFile, Eeprom};
-use gradus_tmcl::catalogue::{Module, TMCM_3351};
+use gradus_tmcl::catalogue::{ANY, MODULES, Module, TMCM_3351};
 
 use crate::{complain, project};
 
@@ -234,6 +234,12 @@ pub fn recorder(file: &Path) -> anyhow::Result<Sink> {
             writer = None;
         }
     }))
+}
+
+/// Takes the name of a module that programs can be for: those of the catalogue, and `any`.
+pub fn program_module() -> impl TypedValueParser<Value = &'static Module> {
+    let names = MODULES.iter().copied().chain([&ANY]).map(|module| module.name.to_lowercase());
+    PossibleValuesParser::new(names).try_map(|name| project::named(&name).ok_or("the catalogue has no such module"))
 }
 
 /// Takes the name of one of these modules.

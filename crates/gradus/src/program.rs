@@ -5,11 +5,14 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
-use gradus_asm::{Assembly, Options, Problem, Source, Style, assemble, from_bin, module_of, render};
+use gradus_asm::{
+    Assembly, LintOptions, Options, Problem, Severity, Source, Style, assemble, from_bin, lint, module_of, render,
+};
 use gradus_lab::Project;
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
 
+use crate::levels::Levels;
 use crate::{complain, port, project, terminal};
 
 /// The name that stands for standard input and output.
@@ -67,9 +70,16 @@ impl ProgramFile {
     /// When it cannot be read, or the folder's `gradus.toml` has mistakes.
     pub fn read(file: &Path) -> anyhow::Result<Self> {
         let is_standard = file == Path::new(STANDARD);
-        let path = if is_standard { STANDARD_INPUT.into() } else { file.to_path_buf() };
+        Self::named(if is_standard { STANDARD_INPUT.into() } else { file.to_path_buf() }, read(file)?)
+    }
+
+    /// A text under a name, as if it stood there.
+    ///
+    /// # Errors
+    /// When the folder's `gradus.toml` has mistakes.
+    pub fn named(path: PathBuf, bytes: Vec<u8>) -> anyhow::Result<Self> {
         let project = project::near(path.parent().unwrap_or(Path::new("")))?;
-        Ok(Self { bytes: read(file)?, path, project })
+        Ok(Self { bytes, path, project })
     }
 
     /// The module that the program is for, as its first lines or the folder's `gradus.toml` say.
@@ -77,11 +87,18 @@ impl ProgramFile {
     /// # Errors
     /// When the first lines name a module that there is not.
     pub fn module(&self) -> anyhow::Result<Option<&'static Module>> {
+        Ok(self.written_module()?.filter(|module| !module.is_any()))
+    }
+
+    /// The same; `any` is one too.
+    fn written_module(&self) -> anyhow::Result<Option<&'static Module>> {
         let text = String::from_utf8_lossy(if self.is_bin() { &[] } else { &self.bytes });
-        let Some(name) = module_of(&text) else { return Ok(project::module(&self.project)) };
-        let module = Module::named(name).ok_or_else(|| {
+        let Some(name) = module_of(&text) else {
+            return Ok(self.project.module.as_deref().and_then(project::named));
+        };
+        let module = project::named(name).ok_or_else(|| {
             let names: Vec<String> = MODULES.iter().map(|module| module.name.to_lowercase()).collect();
-            anyhow!("{}: there is no module `{name}`, only {}", self.path.display(), names.join(", "))
+            anyhow!("{}: there is no module `{name}`, only {}, any", self.path.display(), names.join(", "))
         });
         module.map(Some)
     }
@@ -92,7 +109,7 @@ impl ProgramFile {
     /// When it has errors, which are printed before, or no command.
     pub fn program(&self, module: &'static Module, surroundings: &Surroundings) -> anyhow::Result<Program> {
         if !self.is_bin() {
-            let assembly = self.assembly(module, surroundings.options(&self.project))?;
+            let assembly = self.assembly(module, surroundings.options(&self.project), &surroundings.levels)?;
             return Ok(Program { commands: assembly.program.clone(), assembly: Some(assembly) });
         }
         let commands = self.commands()?;
@@ -112,18 +129,43 @@ impl ProgramFile {
     /// # Errors
     /// When it has errors, or no command.
     pub fn assemble(&self, surroundings: &Surroundings, no_stop: bool) -> anyhow::Result<(&'static Module, Assembly)> {
-        let module = surroundings.module.map_or_else(|| self.module(), |module| Ok(Some(module)))?;
-        let module = module.unwrap_or(&TMCM_3351);
+        let module = self.target(surroundings)?;
         let options = Options { no_stop, ..surroundings.options(&self.project) };
-        Ok((module, self.assembly(module, options)?))
+        Ok((module, self.assembly(module, options, &surroundings.levels)?))
     }
 
-    fn assembly(&self, module: &'static Module, options: Options) -> anyhow::Result<Assembly> {
+    /// The module that the program is assembled for.
+    fn target(&self, surroundings: &Surroundings) -> anyhow::Result<&'static Module> {
+        let module = surroundings.module.map_or_else(|| self.written_module(), |module| Ok(Some(module)))?;
+        Ok(module.unwrap_or(&TMCM_3351))
+    }
+
+    /// The text with everything that is known about it; nothing is printed, and errors are not counted.
+    ///
+    /// # Errors
+    /// When the first lines name a module that there is not.
+    pub fn analyse(&self, surroundings: &Surroundings) -> anyhow::Result<Assembly> {
+        let module = self.target(surroundings)?;
+        let options = surroundings.options(&self.project);
+        Ok(assemble(&self.path, &self.bytes, module, &options, &|path: &Path| fs::read(path)))
+    }
+
+    /// What problems are worth: what the command line says and, behind it, the folder's `gradus.toml`.
+    pub fn levels(&self, levels: &Levels) -> anyhow::Result<Levels> {
+        levels.and(&self.project)
+    }
+
+    fn assembly(&self, module: &'static Module, options: Options, levels: &Levels) -> anyhow::Result<Assembly> {
         let assembly = assemble(&self.path, &self.bytes, module, &options, &|path: &Path| fs::read(path));
-        print_problems(&assembly.problems, &assembly.sources);
+        let levels = self.levels(levels)?;
+        let mut problems = lint(&assembly, &LintOptions { allow: levels.allow.clone(), ..LintOptions::default() });
+        problems.retain(|problem| problem.severity > Severity::Hint || levels.denies(problem));
+        print_problems(&problems, &assembly.sources);
         let file = self.path.display();
+        let denied = problems.iter().filter(|problem| !problem.is_error() && levels.denies(problem)).count();
         match assembly.problems.iter().filter(|problem| problem.is_error()).count() {
             0 if assembly.commands.is_empty() => Err(self.empty()),
+            0 if denied > 0 => bail!("{file} has problems that --deny or gradus.toml denies: {denied}"),
             0 => Ok(assembly),
             1 => bail!("{file} has an error"),
             count => bail!("{file} has {count} errors"),
@@ -175,8 +217,8 @@ pub fn read(file: &Path) -> anyhow::Result<Vec<u8>> {
 #[derive(clap::Args)]
 pub struct Surroundings {
     /// Module the program is for; if left out the one of a line `// gradus: module NAME` in its first lines, or of gradus.toml,
-    /// or tmcm-3351
-    #[arg(long, value_parser = port::module(MODULES), ignore_case = true)]
+    /// or tmcm-3351; any is a module that the catalogue lacks
+    #[arg(long, value_parser = port::program_module(), ignore_case = true)]
     pub module: Option<&'static Module>,
     /// Folder to look in for included files, after the folder of the including file; may be given several times
     #[arg(short = 'I', value_name = "DIR")]
@@ -184,6 +226,8 @@ pub struct Surroundings {
     /// Define a constant, as the line NAME = VALUE would; may be given several times
     #[arg(short = 'D', value_name = "NAME=VALUE", value_parser = constant)]
     constants: Vec<String>,
+    #[command(flatten)]
+    pub levels: Levels,
 }
 
 impl Surroundings {

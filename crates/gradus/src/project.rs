@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Mutex;
 
 use gradus_lab::Project;
-use gradus_tmcl::catalogue::Module;
+use gradus_tmcl::catalogue::{ANY, Module};
 
 use crate::complain;
 
@@ -24,6 +24,11 @@ pub fn near(folder: &Path) -> anyhow::Result<Project> {
         }
     }
     Ok(project)
+}
+
+/// The module of that name; `any` stands for modules that the catalogue lacks.
+pub fn named(name: &str) -> Option<&'static Module> {
+    if name.eq_ignore_ascii_case(ANY.name) { Some(&ANY) } else { Module::named(name) }
 }
 
 /// The module that a file names; `None` for none, and for any.

@@ -41,6 +41,11 @@ pub fn colored_messages() -> bool {
     colored(CHOICE.get().copied().unwrap_or_default(), io::stderr().is_terminal())
 }
 
+/// True if what is printed has colours.
+pub fn colored_output() -> bool {
+    colored(CHOICE.get().copied().unwrap_or_default(), io::stdout().is_terminal())
+}
+
 /// True if the standard output is a terminal on which a table can be drawn again and again.
 pub fn is_live() -> bool {
     io::stdout().is_terminal() && !is_dumb()

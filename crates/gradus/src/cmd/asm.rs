@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use gradus_asm::{Assembly, listing, symbols, to_bin};
+use gradus_asm::{Assembly, Identity, listing, symbols, to_bin};
 
 use crate::complain;
 use crate::program::{ProgramFile, STANDARD, Surroundings};
@@ -60,7 +60,8 @@ impl Asm {
         if self.listing {
             write!(out, "{}", listing(&assembly))?;
         }
-        let size = format!("{}: {} of {} commands", output.display(), assembly.program.len(), module.program_len);
+        let (used, identity) = (assembly.program.len(), Identity::of(&assembly.program));
+        let size = format!("{}: {used} of {} commands, {identity}", output.display(), module.memory());
         if output == Path::new(STANDARD) {
             complain(format_args!("{size}"));
             return Ok(());

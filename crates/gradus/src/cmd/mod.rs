@@ -1,10 +1,13 @@
 //! The subcommands, one file each.
 
 mod asm;
+mod check;
 mod completions;
 mod config;
 mod direct;
 mod disasm;
+mod explain;
+mod fmt;
 mod get;
 mod load;
 mod lsp;
@@ -24,6 +27,7 @@ mod stop;
 mod trace;
 mod tune;
 mod units;
+mod verify;
 mod watch;
 
 use std::io::Write;
@@ -41,6 +45,10 @@ pub enum Command {
     Watch(watch::Watch),
     Asm(asm::Asm),
     Disasm(disasm::Disasm),
+    Check(check::Check),
+    Explain(explain::Explain),
+    Fmt(fmt::Fmt),
+    Verify(verify::Verify),
     Cmd(direct::Direct),
     Get(get::Get),
     Set(set::Set),
@@ -83,6 +91,10 @@ impl Command {
             Self::Watch(watch) => watch.run(out),
             Self::Asm(asm) => asm.run(out),
             Self::Disasm(disasm) => disasm.run(out),
+            Self::Check(check) => check.run(out),
+            Self::Explain(explain) => explain.run(out),
+            Self::Fmt(fmt) => fmt.run(out),
+            Self::Verify(verify) => verify.run(out),
             Self::Cmd(direct) => direct.run(out),
             Self::Get(get) => get.run(out),
             Self::Set(set) => set.run(out),

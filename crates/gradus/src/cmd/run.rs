@@ -85,7 +85,8 @@ impl Run {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let interruption = interruption();
         let file = ProgramFile::read(&self.file)?;
-        let wanted = self.surroundings.module.map_or_else(|| file.module(), |module| Ok(Some(module)))?;
+        let given = self.surroundings.module.filter(|module| !module.is_any());
+        let wanted = given.map_or_else(|| file.module(), |module| Ok(Some(module)))?;
         let mut session = self.port.open_to_act(wanted, self.yes, &format!("run {}", self.file.display()))?;
         let module = session.module()?;
         if let Some(wanted) = wanted.filter(|wanted| wanted.name != module.name) {
