@@ -81,7 +81,7 @@ pub use disassembler::disassemble;
 pub use effects::{Effects, Places};
 pub use fix::{Changed, apply_fixes};
 pub use format::{FormatError, Formatted, format};
-pub use fuzz::fuzz_source;
+pub use fuzz::{fuzz_check, fuzz_format, fuzz_source};
 pub use identity::Identity;
 pub use lint::{LintOptions, lint};
 pub use listing::{listing, symbols};

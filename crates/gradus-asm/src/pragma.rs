@@ -20,6 +20,9 @@ const SIGN: &str = "gradus:";
 /// How far down a file may name its module.
 const HEAD: usize = 20;
 
+/// How many comments and blank lines may stand between a pragma and the line that it is about.
+const MOST_COMMENTS: usize = 20;
+
 /// The words, as they are proposed.
 pub const PRAGMAS: &[&str] = &["allow", "allow-file", "entry", "no-coverage", "module", "firmware"];
 
@@ -140,14 +143,22 @@ impl Reader<'_> {
 
     /// The line that a pragma is about: its own, or, where it stands alone, the next one that is not a comment.
     fn line(&self) -> Span {
-        let text = &*self.source.text;
-        let mut start = text[..self.comment.start].rfind('\n').map_or(0, |newline| newline + 1);
-        let mut line = text[start..].split('\n').next().unwrap_or("");
-        while crate::lexer::code(line).trim().is_empty() && start + line.len() < text.len() {
+        let mut lines = self.source.text[self.start()..].split('\n');
+        let mut start = self.start();
+        let mut line = lines.next().unwrap_or("");
+        for next in lines.take(MOST_COMMENTS) {
+            if !crate::lexer::code(line).trim().is_empty() {
+                break;
+            }
             start += line.len() + 1;
-            line = text[start..].split('\n').next().unwrap_or("");
+            line = next;
         }
         Span { start, end: start + line.len(), ..self.comment }
+    }
+
+    /// Where the pragma's own line begins.
+    fn start(&self) -> usize {
+        self.source.text[..self.comment.start].rfind('\n').map_or(0, |newline| newline + 1)
     }
 
     fn wrong(&mut self, span: Span, message: &str, help: &str) {

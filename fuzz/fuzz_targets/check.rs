@@ -1,0 +1,5 @@
+//! Any bytes as source text into the linter: places of problems, and safe fixes. `cargo +nightly fuzz run check`
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| gradus_asm::fuzz_check(data));
