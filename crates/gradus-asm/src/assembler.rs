@@ -8,6 +8,7 @@ use gradus_tmcl::{Instruction, Opcode};
 use crate::builtin::BUILT_IN;
 use crate::check::check;
 use crate::code::Code;
+use crate::comments::appends_no_stop;
 use crate::encoder::{Encoded, encode};
 use crate::names::Names;
 use crate::parser::{self, Body, Command};
@@ -120,7 +121,8 @@ pub fn assemble(
     let encoded: Vec<_> = text.commands.iter().map(|line| encode(&line.command, &text.names, &mut problems)).collect();
     let mut program: Vec<_> = encoded.iter().map(instruction).collect();
     let stopped = program.last().is_some_and(|last| last.opcode == Opcode::STOP) && !text.label_at_end;
-    if !stopped && !options.no_stop {
+    let no_stop = options.no_stop || appends_no_stop(&text.comments, &text.sources);
+    if !stopped && !no_stop {
         program.push(Instruction::new(Opcode::STOP, 0, 0, 0));
     }
     problems.extend(encoded.iter().flatten().flat_map(|encoded| check(encoded, module, program.len())));

@@ -1,16 +1,17 @@
 //! From a program to source text that gives the same program again.
 //!
 //! Addresses that are jumped to get labels (`L_10:`). What the module's language cannot say, such as unknown commands or
-//! numbers in fields that are not used, is written in plain numbers: `#data 0, 0, 0, 0`. Assemble the text without an
-//! appended STOP if the program does not end with one.
+//! numbers in fields that are not used, is written in plain numbers: `#data 0, 0, 0, 0`. If the program does not end with a STOP,
+//! a comment keeps the assembler from appending one.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::{Command, Module, Operand, OperandKind};
+use gradus_tmcl::{Instruction, Opcode};
 
 use crate::check::check;
+use crate::comments::NO_STOP;
 use crate::encoder::encode;
 use crate::names::Names;
 use crate::parser::{self, Body, DATA};
@@ -29,6 +30,9 @@ pub fn disassemble(program: &[Instruction], module: &'static Module) -> String {
             Some(target) => writeln!(text, "    {}L_{target}", line.head),
             None => writeln!(text, "    {}", line.head),
         };
+    }
+    if program.last().is_none_or(|last| last.opcode != Opcode::STOP) {
+        let _ = writeln!(text, "// gradus: {NO_STOP}");
     }
     text
 }

@@ -8,23 +8,19 @@
 //! | `no-coverage` | this line, or the next one, does not count for coverage |
 //! | `module NAME` | the module that the program is for; in the first 20 lines |
 //! | `firmware X.YY` | the oldest firmware that the program is for |
+//! | `no-stop` | the assembler appends no STOP to the program |
 
 use crate::assembler::Assembly;
 use crate::code::Code;
+use crate::comments::{NO_STOP, words};
 use crate::problem::{Problem, Span};
 use crate::source::Source;
-
-/// What begins a pragma behind the `//`.
-const SIGN: &str = "gradus:";
-
-/// How far down a file may name its module.
-const HEAD: usize = 20;
 
 /// How many comments and blank lines may stand between a pragma and the line that it is about.
 const MOST_COMMENTS: usize = 20;
 
 /// The words, as they are proposed.
-pub const PRAGMAS: &[&str] = &["allow", "allow-file", "entry", "no-coverage", "module", "firmware"];
+pub const PRAGMAS: &[&str] = &["allow", "allow-file", "entry", "no-coverage", "module", "firmware", NO_STOP];
 
 /// A code that a pragma allows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -63,25 +59,10 @@ impl Pragmas {
     }
 }
 
-/// The module that a file names in its first lines.
-pub fn module_of(text: &str) -> Option<&str> {
-    let comments = text.lines().take(HEAD).filter_map(|line| line.split_once("//"));
-    let pragmas = comments.filter_map(|(_, comment)| comment.trim().strip_prefix(SIGN));
-    pragmas.filter_map(|words| words.trim().strip_prefix("module ")).map(str::trim).next()
-}
-
 /// Reads `1.11`.
 pub fn firmware(text: &str) -> Option<(u8, u8)> {
     let (major, minor) = text.split_once('.')?;
     Some((major.parse().ok()?, minor.parse().ok()?))
-}
-
-/// What stands behind the sign of a pragma.
-fn words(source: &Source, comment: Span) -> Option<Span> {
-    let text = source.slice(comment);
-    let rest = text.strip_prefix("//")?.trim_start().strip_prefix(SIGN)?.trim();
-    let start = comment.start + (rest.as_ptr().addr() - text.as_ptr().addr());
-    Some(Span { start, end: start + rest.len(), ..comment })
 }
 
 struct Reader<'a> {
@@ -102,7 +83,7 @@ impl Reader<'_> {
             "allow-file" => self.allow(operand, Span { start: 0, end: self.source.text.len(), ..words }),
             "entry" => self.entry(words),
             "no-coverage" => self.pragmas.not_covered.push(self.line()),
-            "module" => {}
+            "module" | NO_STOP => {}
             "firmware" => match firmware(rest.trim()) {
                 Some(version) => self.pragmas.firmware = Some(version),
                 None => self.wrong(operand, "a version is expected here", "write `firmware 1.11`"),
