@@ -167,6 +167,12 @@ impl Code {
         Self::ALL.iter().find(|code| code.text().eq_ignore_ascii_case(name)).copied()
     }
 
+    /// The page without the words behind its fences, which only a test reads.
+    pub fn explanation(self) -> String {
+        let line = |line: &str| if line.starts_with("```") { "```\n".into() } else { format!("{line}\n") };
+        self.page().lines().map(line).collect()
+    }
+
     /// The code whose name is nearest to a misspelled one.
     pub fn nearest(name: &str) -> Option<Code> {
         crate::nearest::nearest(name, Self::ALL.iter().map(|code| code.text())).and_then(Self::named)

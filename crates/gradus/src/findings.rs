@@ -106,7 +106,10 @@ pub fn sarif(findings: &[Finding]) -> Value {
     let mut codes: Vec<Code> = findings.iter().map(|finding| finding.problem.code).collect();
     codes.sort_unstable();
     codes.dedup();
-    let rule = |code: &Code| json!({ "id": code.text(), "help": { "text": code.page(), "markdown": code.page() } });
+    let rule = |code: &Code| {
+        let page = code.explanation();
+        json!({ "id": code.text(), "help": { "text": page, "markdown": page } })
+    };
     let driver = json!({
         "name": "gradus",
         "version": env!("CARGO_PKG_VERSION"),

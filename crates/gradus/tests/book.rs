@@ -27,11 +27,9 @@ fn commands_print_and_draw_what_the_book_says() {
 fn problems_of_programs_are_explained_by_the_pages_of_explain() {
     let mut page = "# Problems of programs\n\nWhat `gradus check` reports, with its code. `gradus explain CODE` prints one of these.\n".to_owned();
     for code in gradus_asm::Code::ALL {
-        let text = code.page().lines().map(|line| match line {
-            line if line.starts_with('#') => format!("#{line}\n"),
-            line if line.starts_with("```tmc") => "```text\n".into(),
-            line => format!("{line}\n"),
-        });
+        let text = code.explanation();
+        let text =
+            text.lines().map(|line| if line.starts_with('#') { format!("#{line}\n") } else { format!("{line}\n") });
         page += "\n";
         page.extend(text);
     }

@@ -18,3 +18,18 @@ fn of_many_problems_fifty_are_printed_errors_first() {
     assert!(printed.contains("\nand 40 more\n"), "{printed}");
     assert!(printed.ends_with("has 70 errors\n"), "{printed}");
 }
+
+/// No example has an error or a warning; its hints are in a snapshot of the crate `gradus-asm`.
+#[test]
+fn examples_have_no_warning() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+    let gradus = std::process::Command::new(env!("CARGO_BIN_EXE_gradus"))
+        .current_dir(root)
+        .args(["check", "examples", "--deny", "warnings", "--format", "json"])
+        .output()
+        .unwrap();
+    let found: serde_json::Value = serde_json::from_slice(&gradus.stdout).unwrap();
+    let problems = found["problems"].as_array().unwrap();
+    assert!(gradus.status.success() && !problems.is_empty(), "{found:#}");
+    assert!(problems.iter().all(|problem| problem["severity"] == "hint"), "{found:#}");
+}

@@ -18,6 +18,9 @@ pub(crate) fn rule(facts: &Facts, problems: &mut Vec<Problem>) {
     problems.extend(named_numbers(facts));
 }
 
+/// The program's own file. What it includes may have other users, so that nothing is deleted there.
+const PROGRAM: usize = 0;
+
 /// A name that begins so is meant to be unused.
 const EXEMPT: char = '_';
 
@@ -33,7 +36,11 @@ fn unused_labels(facts: &Facts, used: &HashSet<Defined>) -> impl Iterator<Item =
         let message = format!("nothing uses the label `{}`", label.name);
         let problem =
             Problem::hint(Code::UnusedLabel, label.span, message).help("delete it, or let its name begin with `_`");
-        problem.safe_fix("delete the label", vec![Edit { span: with_colon(facts, label.span), text: String::new() }])
+        match label.span.source {
+            PROGRAM => problem
+                .safe_fix("delete the label", vec![Edit { span: with_colon(facts, label.span), text: String::new() }]),
+            _ => problem,
+        }
     })
 }
 

@@ -23,13 +23,8 @@ pub struct Explain {
 impl Explain {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         let Some(code) = self.code else { return list(out) };
-        Ok(write!(out, "{}", plain(code.page()))?)
+        Ok(write!(out, "{}", code.explanation())?)
     }
-}
-
-/// A page without the words that only tests read, behind the fences of its examples.
-fn plain(page: &str) -> String {
-    page.lines().map(|line| if line.starts_with("```") { "```\n".into() } else { format!("{line}\n") }).collect()
 }
 
 fn list(out: &mut dyn Write) -> anyhow::Result<()> {
