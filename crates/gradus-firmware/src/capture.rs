@@ -18,10 +18,10 @@ use gradus_tmcl::catalogue::Ap;
 use gradus_tmcl::{CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Status};
 use heapless::Vec;
 
-use crate::axes::Axes;
+use crate::drive::axes::Axes;
 use crate::module::Module;
 use crate::ports::{Io, Ports, Store};
-use crate::program::NEVER;
+use crate::program::program::NEVER;
 
 const CHANNELS: usize = 4;
 

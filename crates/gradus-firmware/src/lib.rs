@@ -14,56 +14,25 @@
 #[cfg(test)]
 extern crate std;
 
-mod ascii;
-mod axes;
-mod axis;
 mod capture;
-mod closed_loop;
-mod coordinates;
-mod cpu;
-mod driver;
-mod eeprom;
-mod encoder;
-mod events;
-mod execute;
-mod globals;
-mod heartbeat;
-mod interpreter;
-mod interrupts;
-mod io;
-mod link;
+mod commands;
+mod direct_mode;
+mod drive;
+mod links;
 mod module;
-mod motion;
 mod ports;
 mod program;
-mod protection;
-mod reference_search;
-mod search_modes;
-mod servo;
-mod servo_encoder;
-mod servo_parameters;
-mod servo_registers;
-mod servo_settings;
-mod settings;
-mod speed;
-mod spi;
-mod stap;
-mod steppers;
-mod supervision;
-mod ticks;
-mod tmc428;
-mod units;
-mod view;
+mod storage;
 
-pub use eeprom::store_size;
-pub use link::{Link, LinkKind};
+pub use drive::servo::servo::Servo;
+pub use drive::stepper::reference_search::SearchFailure;
+pub use drive::stepper::steppers::Steppers;
+pub use links::link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{
     AxisInputs, Bridge, CoolStep, DriverSettings, DriverState, InputCircuit, Io, NullEvent, Ports, RotorInputs,
     StealthChop, StepperStage, Store, Supply, Switches,
 };
-pub use program::State as ProgramState;
-pub use reference_search::SearchFailure;
-pub use servo::Servo;
-pub use steppers::Steppers;
-pub use view::{FlagView, InterruptedView, ProgramView, Register, RegisterView, WaitView};
+pub use program::program::State as ProgramState;
+pub use program::view::{FlagView, InterruptedView, ProgramView, Register, RegisterView, WaitView};
+pub use storage::records::store_size;

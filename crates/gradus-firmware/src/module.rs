@@ -3,19 +3,19 @@
 use gradus_tmcl::catalogue::{self, Ap, Gp};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 
-use crate::axes::Axes;
 use crate::capture::Capture;
-use crate::cpu::Variables;
-use crate::eeprom::Eeprom;
-use crate::events::PositionEvents;
-use crate::globals::Globals;
-use crate::heartbeat::Heartbeats;
-use crate::interrupts::Interrupts;
-use crate::io::Outputs;
-use crate::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
+use crate::commands::outputs::Outputs;
+use crate::drive::axes::Axes;
+use crate::drive::ticks::Ticks;
+use crate::links::heartbeats::Heartbeats;
+use crate::links::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
+use crate::links::position_events::PositionEvents;
 use crate::ports::{InputCircuit, Io, Ports, Store, Switches};
-use crate::program::{NEVER, Program, State};
-use crate::ticks::Ticks;
+use crate::program::cpu::Variables;
+use crate::program::interrupts::Interrupts;
+use crate::program::program::{NEVER, Program, State};
+use crate::storage::globals::Globals;
+use crate::storage::records::Eeprom;
 
 /// Axes of the largest module.
 pub(crate) const MAX_AXES: usize = 3;

@@ -2,7 +2,7 @@
 //!
 //! The traits are at the level of power stage and sensors. A module owns one [`Ports`] and one [`Store`].
 
-use crate::axes::Axes;
+use crate::drive::axes::Axes;
 
 /// The hardware of a module.
 pub trait Ports: Sized {

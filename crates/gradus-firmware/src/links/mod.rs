@@ -1,0 +1,6 @@
+//! Lines to hosts: replies, heartbeats, events, text.
+
+pub(crate) mod ascii;
+pub(crate) mod heartbeats;
+pub(crate) mod link;
+pub(crate) mod position_events;
