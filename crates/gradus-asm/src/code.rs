@@ -167,10 +167,18 @@ impl Code {
         Self::ALL.iter().find(|code| code.text().eq_ignore_ascii_case(name)).copied()
     }
 
-    /// The page without the words behind its fences, which only a test reads.
+    /// The page for people and for other tools: its examples are indented, without the fences whose words only a test reads.
     pub fn explanation(self) -> String {
-        let line = |line: &str| if line.starts_with("```") { "```\n".into() } else { format!("{line}\n") };
-        self.page().lines().map(line).collect()
+        let (mut text, mut inside) = (String::new(), false);
+        for line in self.page().lines() {
+            if line.starts_with("```") {
+                inside = !inside;
+            } else {
+                let indent = if inside && !line.is_empty() { "    " } else { "" };
+                text.extend([indent, line, "\n"]);
+            }
+        }
+        text
     }
 
     /// The code whose name is nearest to a misspelled one.

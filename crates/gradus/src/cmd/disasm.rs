@@ -11,7 +11,6 @@ use indicatif::ProgressBar;
 
 use crate::port::{self, Port};
 use crate::program::ProgramFile;
-use crate::progress::progress;
 
 /// Turn a program back into a source text: a .bin file, or what is in a module
 ///
@@ -63,10 +62,7 @@ impl Disasm {
         let commands = session.read_program(self.all, |count| bar.set_position(count as u64))?;
         bar.finish_and_clear();
         if commands.is_empty() {
-            bail!(
-                "{} shows no program: it has none, or is protected against reading back (global parameter 81)",
-                session.port()
-            );
+            bail!("the {} at {} has no program", module.name, session.port());
         }
         Ok((commands, module))
     }

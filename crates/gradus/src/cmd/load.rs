@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::bail;
+use gradus_asm::Identity;
 use gradus_host::{Error, Session};
 use gradus_tmcl::Instruction;
 use gradus_tmcl::catalogue::Gp;
@@ -53,7 +54,8 @@ impl Load {
         let program = file.program(module, &self.surroundings)?;
         load(&mut session, &program.commands)?;
         let count = program.commands.len();
-        writeln!(out, "{}: {count} commands written to {} and compared", self.file.display(), session.port())?;
+        let (file, identity) = (self.file.display(), Identity::of(&program.commands));
+        writeln!(out, "{file}: {count} commands, {identity}, written to {} and compared", session.port())?;
         if self.autostart {
             session.set_global(Gp::AutoStart, 0, 1)?;
             writeln!(out, "it starts at power-up")?;
