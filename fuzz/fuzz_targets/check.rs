@@ -1,4 +1,4 @@
-//! Any bytes as source text into the linter: places of problems, and safe fixes. `cargo +nightly fuzz run check`
+//! Any bytes as source text into the linter: places of problems, and safe fixes.
 
 #![no_main]
 

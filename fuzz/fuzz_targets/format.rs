@@ -1,4 +1,4 @@
-//! Any bytes as source text into the formatter: the same program, and once is enough. `cargo +nightly fuzz run format`
+//! Any bytes as source text into the formatter: the same program, and once is enough.
 
 #![no_main]
 
