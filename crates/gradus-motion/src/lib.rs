@@ -47,6 +47,7 @@ mod plan;
 mod ramp;
 mod s_plan;
 mod s_ramp;
+mod s_shape;
 mod tick_rate;
 mod tmc428;
 mod tmc428_ramp;

@@ -4,16 +4,12 @@ use crate::brake::{Brake, Phase};
 use crate::course::Course;
 use crate::gains::Gains;
 use crate::plan::{FAR, Leg};
-use crate::s_plan::Shape;
 use crate::s_ramp::Curve;
+use crate::s_shape::{ROUNDING, Shape};
 use crate::tick_rate::FRACTION_BITS;
 
 const ONE: i64 = 1 << FRACTION_BITS;
 const FRACTION_MASK: i64 = ONE - 1;
-
-/// Distance in microsteps to the target that the last tick of an S-shaped ramp bridges. The rounding of a plan leaves
-/// some 2^-50 of the way, and less than 2^-20 of the longest there is.
-const ROUNDING: f64 = 1.0 / 65_536.0;
 
 /// A ramp generator: an axis that moves to a position or with a speed, within its limits.
 ///
@@ -28,8 +24,9 @@ const ROUNDING: f64 = 1.0 / 65_536.0;
 /// time, and ends in the tick in which continuous motion does.
 ///
 /// With S-shaped ramps also the jerk keeps its limits, whatever changes, but for lower bows: they hold once the
-/// acceleration is zero. An axis that turns comes to rest first. A ramp that becomes S-shaped, or ceases to be, while
-/// the speed changes begins with no acceleration.
+/// acceleration is zero. An axis that turns round passes through zero speed with the acceleration that it has if bows 2
+/// and 4 are equal, and comes to rest first if they are not. A start speed comes with the highest acceleration. A ramp
+/// that becomes S-shaped, or ceases to be, while the speed changes begins with no acceleration.
 #[derive(Clone, Copy, Debug)]
 pub struct Ramp {
     gains: Gains,

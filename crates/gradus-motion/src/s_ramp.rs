@@ -49,9 +49,18 @@ impl Curve {
     }
 
     /// The bows to plan with when `bows` are set. Lower ones do not hold before the acceleration is zero: an axis that
-    /// cannot end its acceleration as fast as it was planned to would exceed its top speed, or turn back.
+    /// cannot end its acceleration as fast as it was planned to would exceed its top speed, or turn back. Nor do bows 2
+    /// and 4 become unequal before, as the axis may be about to pass through zero speed.
     pub(crate) fn bows(&self, bows: [i128; 4]) -> [i128; 4] {
-        if self.acceleration == 0 { bows } else { array::from_fn(|bow| bows[bow].max(self.bows[bow])) }
+        if self.acceleration == 0 {
+            return bows;
+        }
+        let mut raised: [i128; 4] = array::from_fn(|bow| bows[bow].max(self.bows[bow]));
+        if self.bows[1] == self.bows[3] {
+            let fall = raised[1].min(raised[3]);
+            (raised[1], raised[3]) = (fall, fall);
+        }
+        raised
     }
 
     /// Goes on by another plan, made with `bows`.

@@ -7,6 +7,7 @@ mod lines;
 mod moves;
 mod s_changes;
 mod s_moves;
+mod s_optimal;
 mod smooth;
 mod tmc428;
 

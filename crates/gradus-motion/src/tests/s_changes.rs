@@ -130,8 +130,8 @@ fn target_behind_is_overrun_by_the_braking_distance_only() {
     let mut axis = Smooth::new(EVEN);
     axis.move_to(1_000_000);
     axis.run(10_000);
-    // from 51 200 pps: 0.1 s of bow 3, 0.4 s of full deceleration and 0.1 s of bow 4
-    let farthest = axis.ramp.position() + 51_200 * 3 / 10;
+    // from 51 200 pps: 0.1 s of bow 3, and 0.45 s of full deceleration to no speed
+    let farthest = axis.ramp.position() + 4_949 + 10_368;
     axis.move_to(0);
     let mut turned = 0;
     while !axis.ramp.is_idle() {
@@ -145,8 +145,8 @@ fn target_behind_is_overrun_by_the_braking_distance_only() {
 #[test]
 fn velocity_mode_reaches_its_speed_and_reverses() {
     let mut axis = Smooth::new(EVEN);
-    // a change of 40 960 pps takes 0.5 s
-    for (speed, ticks) in [(40_960, 5_000), (81_920, 5_000), (40_960, 5_000), (-40_960, 10_000), (0, 5_000)] {
+    // a change of 40 960 pps takes 0.5 s, and one through no speed only once the time of the bows
+    for (speed, ticks) in [(40_960, 5_000), (81_920, 5_000), (40_960, 5_000), (-40_960, 9_000), (0, 5_000)] {
         axis.rotate(speed);
         axis.run(ticks - 20);
         assert_ne!(axis.ramp.speed_pps(), speed, "too early");

@@ -180,8 +180,12 @@ fn check_travel(curved: &Curved, from: Sample, to: Sample, moved: f64, rounding:
     (moved - mean).abs() <= (reach(curved, from, to) + steps) / f64::from(TICK_HZ) + rounding
 }
 
-/// The highest of the bows that count in this tick; all where speed or acceleration passes through zero.
+/// The highest of the bows that count in this tick; all where speed or acceleration passes through zero; none where an
+/// axis starts with a start speed.
 fn allowed_jerk(curved: &Curved, from: Sample, to: Sample) -> f64 {
+    if curved.limits.start_speed_pps > 0 && from.speed == 0.0 && from.acceleration == 0.0 {
+        return f64::INFINITY;
+    }
     if from.speed * to.speed <= 0.0 || from.acceleration * to.acceleration <= 0.0 {
         return curved.highest_bow();
     }
@@ -195,12 +199,13 @@ prop_compose! {
     /// Unequal accelerations and bows, with which some top speed is reached within some seconds.
     pub(super) fn curved(top_speed_pps: f64)(
         speed in 0.05..1.0, accelerations in [-1.0..8.0, -1.0..8.0],
-        bows in [-1.0..8.0, -1.0..8.0, -1.0..8.0, -1.0..8.0],
+        bows in [-1.0..8.0, -1.0..8.0, -1.0..8.0, -1.0..8.0], turns_through: bool,
     ) -> Curved {
         let scaled = |value: f64, exponent: f64| (value * exponent.exp2()).clamp(1.0, 2e9);
         let [up, down] = accelerations.map(|exponent: f64| scaled(top_speed_pps, exponent));
         let bow = |index: usize| scaled(if index < 2 { up } else { down }, bows[index]) as u64;
-        Curved::new((top_speed_pps * speed) as u32 + 1, up as u32, down as u32, [bow(0), bow(1), bow(2), bow(3)])
+        let last = bow(if turns_through { 1 } else { 3 });
+        Curved::new((top_speed_pps * speed) as u32 + 1, up as u32, down as u32, [bow(0), bow(1), bow(2), last])
     }
 }
 

@@ -54,7 +54,7 @@ const AXIS: &[AxisParameter] = &[
     axis(Ap::RightSwitchEnable, 12, "right limit switch enable/polarity", "APRightLimitSwitchDisable", 0, 3, Plain, Some(0), Rw, SWITCH_ENABLE, "Whether the right limit switch stops the motor, and at which level (§4)."),
     axis(Ap::LeftSwitchEnable, 13, "left limit switch enable/polarity", "APLeftLimitSwitchDisable", 0, 3, Plain, Some(0), Rw, SWITCH_ENABLE, "Whether the left limit switch stops the motor, and at which level (§4)."),
     axis(Ap::RampType, 14, "ramp type", "APRampType", 0, 1, Plain, Some(0), Rw, Only(&[one(0, "trapezoidal"), one(1, "s-shaped")]), "Shape of the ramp (§4)."),
-    axis(Ap::StartVelocity, 15, "start velocity", "APStartVelocity", 0, 16777215, Pps, Some(0), Rw, Any, "Speed with which a trapezoid begins (§4)."),
+    axis(Ap::StartVelocity, 15, "start velocity", "APStartVelocity", 0, 16777215, Pps, Some(0), Rw, Any, "Speed with which a ramp begins; an S-shaped one leaves out bow 1 then (§4)."),
     axis(Ap::StartAcceleration, 16, "start acceleration", "APStartAcceleration", 0, 2147483647, PpsPerSecond, Some(0), Rw, Any, "Acceleration of a trapezoid below the break velocity (§4)."),
     axis(Ap::MaxDeceleration, 17, "maximum deceleration", "APMaximumDeceleration", 0, 2147483647, PpsPerSecond, Some(51200), Rw, Any, "Deceleration of a trapezoid above the break velocity (§4)."),
     axis(Ap::BreakVelocity, 18, "break velocity", "APBreakVelocity", 0, 16777215, Pps, Some(0), Rw, Any, "Speed at which a trapezoid changes between its two accelerations (§4; ERRATA: a speed, not an acceleration)."),
