@@ -2,7 +2,8 @@
 """Finds loops of imports between the files of a crate.
 
 A file imports another when it names something that stands there, by `use` or by a path, also through a re-export of
-`lib.rs` or of a folder's own file. Tests do not count. Prints each loop, and exits with 1 if there is one.
+`lib.rs` or of a folder's own file. Tests do not count. Prints each loop, and exits with 1 if there is one that `KNOWN` does not
+hold.
 
     tools/import-loops.py [CRATE_FOLDER ...]      all crates of the workspace without an argument
 """
@@ -10,6 +11,9 @@ A file imports another when it names something that stands there, by `use` or by
 import re
 import sys
 from pathlib import Path
+
+# Files of the loops that are still to be opened, by crate. A loop that is not here, or has grown, is a failure.
+KNOWN = {"gradus-firmware": [3, 13], "gradus-sim": [2, 3], "gradus-tmcl": [6]}
 
 ITEM = re.compile(
     r"^(?:pub(?:\([^)]*\))?\s+)?(?:const\s+|async\s+)?(?:struct|enum|union|trait|type|fn|const|static(?:\s+mut)?|macro_rules!)\s+(\w+)",
@@ -132,7 +136,14 @@ def main():
     loops = [(folder.name, loop) for folder in folders for loop in Crate(folder).loops()]
     for crate, loop in loops:
         print(f"{crate}: loop of {len(loop)} files: {', '.join(loop)}")
-    return 1 if loops else 0
+    return 1 if any(not is_known(crate, [loop for of, loop in loops if of == crate]) for crate, _ in loops) else 0
+
+
+def is_known(crate, loops):
+    """True if the loops of a crate are no more and no larger than the known ones."""
+    known = sorted(KNOWN.get(crate, []), reverse=True)
+    sizes = sorted((len(loop) for loop in loops), reverse=True)
+    return len(sizes) <= len(known) and all(size <= limit for size, limit in zip(sizes, known))
 
 
 if __name__ == "__main__":

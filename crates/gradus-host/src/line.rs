@@ -24,7 +24,7 @@ use crate::serial::SerialStream;
 use crate::sim::SimStream;
 use crate::tcp::TcpStream;
 use crate::trace::Sink;
-use crate::{Address, Error, Link, Nature, Place, Session, Stream, Url};
+use crate::{Error, Link, Nature, Place, Stream, Url};
 
 /// An open line. Clones are the same line.
 #[derive(Clone)]
@@ -84,7 +84,7 @@ impl Line {
 
     /// Stops the line: until its [`release`](Self::release) nothing that acts goes out on it, from any session. Stops
     /// (MST, 128, 133) and what only reads pass; downloads, captures, dumps and scans under way end with [`Error::Stopped`]. Waits
-    /// for no answer. Motors and programs go on: [`Session::halt`] stops those.
+    /// for no answer. Motors and programs go on: [`Session::halt`](crate::Session::halt) stops those.
     pub fn stop(&self) {
         self.shared.latch.stop();
     }
@@ -134,11 +134,6 @@ impl Line {
     /// Lets `sink` have everything that passes from now on.
     pub fn trace(&self, sink: Sink) {
         self.lock().trace = Some(sink);
-    }
-
-    /// A session with the module of that address. It sends nothing before its first request.
-    pub fn session(&self, address: Address) -> Session {
-        Session::new(self.clone(), address)
     }
 
     /// Name of the port, for messages.

@@ -80,7 +80,7 @@ impl Session {
     /// # Errors
     /// When nothing answers.
     pub fn on_line(line: &Line, url: &Url) -> Result<Self, Error> {
-        let mut session = line.session(url.address);
+        let mut session = Session::new(&line, url.address);
         session.timeout = url.timeout;
         session.greet()?;
         Ok(session)
@@ -109,14 +109,15 @@ impl Session {
 
     /// A session over a link that is open already. `port` names it in messages; requests go to `address`.
     pub fn over(link: Box<dyn Link>, port: &str, address: Address) -> Self {
-        Self::new(Line::over(link, port), address)
+        Self::new(&Line::over(link, port), address)
     }
 
-    pub(crate) fn new(line: Line, address: Address) -> Self {
+    /// A session with the module of that address on an open line. It sends nothing before its first request.
+    pub fn new(line: &Line, address: Address) -> Self {
         let peer = Peer { host: 0, module: address.module as u8 };
         Self {
             number: line.number(),
-            line,
+            line: line.clone(),
             address,
             peer,
             in_step: None,

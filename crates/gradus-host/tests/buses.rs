@@ -91,7 +91,7 @@ fn threads_share_a_noisy_segment() {
     let line = Line::open(&served.url("")).unwrap();
     thread::scope(|scope| {
         for module in [1, 2, 5] {
-            let mut session = line.session(Address::serial(module));
+            let mut session = Session::new(&line, Address::serial(module));
             session.set_timeout(Duration::from_millis(100));
             scope.spawn(move || exchange(&mut session, i32::from(module), 300));
         }

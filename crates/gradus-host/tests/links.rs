@@ -154,7 +154,7 @@ fn a_line_takes_its_own_port_again() {
     thread::spawn(move || serve(&mut module, usize::MAX));
     let url: Url = path.to_str().unwrap().parse().unwrap();
     let line = Line::open(&url).unwrap();
-    let mut session = line.session(url.address);
+    let mut session = Session::new(&line, url.address);
     ask_a_hundred(&mut session);
     line.reopen(&url).unwrap();
     ask_a_hundred(&mut session);

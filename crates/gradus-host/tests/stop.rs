@@ -28,7 +28,7 @@ fn bench_line() -> Line {
 }
 
 fn session(line: &Line) -> Session {
-    let mut session = line.session(Address::serial(1));
+    let mut session = Session::new(&line, Address::serial(1));
     session.greet().unwrap();
     session
 }
@@ -209,7 +209,7 @@ fn readers_may_ask_for_the_latch_and_not_work_it() {
 #[test]
 fn a_module_is_no_broker() {
     let line = bench_line();
-    let mut session = line.session(Address::serial(1));
+    let mut session = Session::new(&line, Address::serial(1));
     for request in [LatchRequest::Stop, LatchRequest::State, LatchRequest::Release] {
         assert_eq!(session.ask_latch(request).unwrap(), None);
     }
@@ -425,7 +425,7 @@ fn play(choices: Vec<u8>) -> (Vec<Event>, Vec<Instruction>, Vec<Instruction>) {
     }));
     let the_hand = Hand { line: line.clone(), log: Arc::clone(&log) };
     assert!(hand.set(the_hand.clone()).is_ok());
-    let sessions = (0..2).map(|_| line.session(Address::serial(1))).collect();
+    let sessions = (0..2).map(|_| Session::new(&line, Address::serial(1))).collect();
     let desk = desk(&line, false);
     let scene = Scene { choices: choices.clone(), hand: the_hand, sessions, desk, downloads: [false; 3] };
     let scene = Rc::new(RefCell::new(scene));

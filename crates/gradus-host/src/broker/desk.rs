@@ -31,7 +31,7 @@ type Sessions = HashMap<u8, Session>;
 impl Desk {
     /// A desk for the module at `address`; an answer of the line may take `timeout`.
     pub fn new(line: Line, address: Address, timeout: Duration, rights: Rights) -> Self {
-        let mut watch = line.session(address);
+        let mut watch = Session::new(&line, address);
         watch.set_timeout(timeout);
         let own = OwnAnswer { line, address, rights };
         Self { own, timeout, url: None, watch, clients: HashMap::new(), listeners: HashMap::new() }
@@ -91,7 +91,7 @@ impl Desk {
         let key = if rights.whole_bus { address } else { 0 };
         self.clients.entry(client).or_default().entry(key).or_insert_with(|| {
             let module = if rights.whole_bus { u16::from(address) } else { own.module };
-            let mut session = line.session(Address { module, ..*own });
+            let mut session = Session::new(&line, Address { module, ..*own });
             session.set_timeout(timeout);
             session
         })

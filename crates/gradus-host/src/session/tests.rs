@@ -554,7 +554,7 @@ fn segment(is_late: fn(usize) -> bool) -> Line {
 #[test]
 fn late_answer_of_another_module_is_no_command_of_program_memory() {
     let line = segment(|number| number == 2);
-    let (mut late, mut other) = (line.session(Address::serial(1)), line.session(Address::serial(3)));
+    let (mut late, mut other) = (Session::new(&line, Address::serial(1)), Session::new(&line, Address::serial(3)));
     late.set_retries(0);
     assert!(late.command(gap(7)).is_err());
     for address in 0..1000 {
@@ -570,7 +570,7 @@ fn threads_share_a_line_and_each_gets_its_own_answers() {
     let line = segment(|number| (number as u32).wrapping_mul(0x9e37_79b9) >> 29 == 0);
     std::thread::scope(|scope| {
         for thread in 0..6u8 {
-            let mut session = line.session(Address::serial(1 + thread % 3));
+            let mut session = Session::new(&line, Address::serial(1 + thread % 3));
             session.set_retries(20);
             scope.spawn(move || {
                 for number in 0..200 {

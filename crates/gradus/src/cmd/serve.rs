@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use gradus_host::{Broker, Line, MOST_CLIENTS, Place, Rights, Url};
+use gradus_host::{Broker, Line, MOST_CLIENTS, Place, Rights, Session, Url};
 
 use crate::interruption::end_of_service;
 use crate::{complain, port};
@@ -75,7 +75,7 @@ impl Serve {
         let stop = end_of_service();
         let rights = Rights { whole_bus: self.bus, read_only: self.read_only };
         if !self.bus {
-            let mut session = line.session(self.port.address);
+            let mut session = Session::new(&line, self.port.address);
             session.set_timeout(self.port.timeout);
             session.greet()?;
         }

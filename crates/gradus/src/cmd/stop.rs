@@ -37,7 +37,7 @@ impl Stop {
         if let Place::Sim(_) = url.place {
             bail!("a virtual module of this process does nothing that could be stopped; name a port");
         }
-        let mut session = line.session(url.address);
+        let mut session = Session::new(&line, url.address);
         session.set_timeout(url.timeout);
         match (self.release, self.state) {
             (true, _) => ask(&mut session, LatchRequest::Release, out),

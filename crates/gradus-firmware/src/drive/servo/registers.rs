@@ -28,15 +28,6 @@ const GATE_ENABLED: i32 = 1 << 6;
 /// Bit of the gate driver's register GSTAT for a short circuit or under-voltage of its supply.
 const GATE_FAULT: i32 = 1 << 2;
 
-/// Registers that select or are kept.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Chips {
-    chip_info: u8,
-    adc_raw: u8,
-    /// GCONF, SHORT_CONF and DRV_CONF of the gate driver.
-    gate_configuration: [i32; 3],
-}
-
 /// What a register of the controller stands for.
 #[derive(Clone, Copy)]
 enum Register {

@@ -30,8 +30,8 @@ use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::drive::axes::{Axes, Events, Move, axis_index};
+use crate::drive::servo::chips::Chips;
 use crate::drive::servo::protection::{Protection, Sight};
-use crate::drive::servo::registers::Chips;
 use crate::drive::servo::settings::ServoDerived;
 use crate::drive::stepper::settings::Settings;
 use crate::drive::ticks::Period;
