@@ -80,7 +80,7 @@ fn virtual_time(criterion: &mut Criterion) {
 fn motor(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("motor");
     group.throughput(Throughput::Elements(1));
-    for currents in [Currents::QuasiStatic, Currents::Electrical] {
+    for currents in [Currents::Hybrid, Currents::QuasiStatic, Currents::Electrical] {
         let mut axis = StepperAxis::with_motor(Motor::default(), Mechanics::default(), currents);
         let (mut step, surroundings) = (0_u64, Surroundings::default());
         group.bench_function(format!("{currents:?}, seconds"), |bencher| {
