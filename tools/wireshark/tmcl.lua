@@ -92,6 +92,8 @@ local COMMAND = {
     [139] = "enter ASCII mode",
     [141] = "breakpoints",
     [142] = "capture samples",
+    [146] = "write a register of a chip",
+    [148] = "read a register of a chip",
     [157] = "get information",
     [255] = "software reset",
 }

@@ -4,7 +4,9 @@
 //! is a warning: programs in the maker's own manuals do it (TMCM-1617 manual 6.2), and a running program skips such a command.
 
 use gradus_tmcl::Opcode;
-use gradus_tmcl::catalogue::{Access, Ap, Command as Row, Direction, Gp, MODULES, Mode, Module, OperandKind, Values};
+use gradus_tmcl::catalogue::{
+    Access, Ap, Choice, Command as Row, Direction, Gp, MODULES, Mode, Module, OperandKind, Values,
+};
 
 use crate::builtin::list;
 use crate::code::Code;
@@ -253,13 +255,29 @@ impl Check<'_> {
     }
 }
 
+/// The numbers of a list, three and more in a row as `1-8`.
+fn numbers(list: &[Choice]) -> String {
+    let mut spans: Vec<(i64, i64)> = Vec::new();
+    for choice in list {
+        match spans.last_mut() {
+            Some((_, last)) if *last + 1 == choice.first => *last = choice.last,
+            _ => spans.push((choice.first, choice.last)),
+        }
+    }
+    let text = |(first, last): (i64, i64)| match last - first {
+        0 => first.to_string(),
+        1 => format!("{first}, {last}"),
+        _ => format!("{first}-{last}"),
+    };
+    spans.into_iter().map(text).collect::<Vec<_>>().join(", ")
+}
+
 /// Whether a value is in the list of a parameter that takes no other.
 fn listed(name: &str, value: i64, values: Values, span: Span) -> Result<(), Problem> {
     match values {
         Values::Only(list) if !list.iter().any(|choice| (choice.first..=choice.last).contains(&value)) => {
-            let numbers: Vec<_> = list.iter().map(|choice| choice.first.to_string()).collect();
             let problem = Problem::error(Code::OutOfRange, span, format!("{name} cannot be {value}"));
-            Err(problem.help(format!("it can be {}", numbers.join(", "))))
+            Err(problem.help(format!("it can be {}", numbers(list))))
         }
         _ => Ok(()),
     }

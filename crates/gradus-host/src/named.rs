@@ -79,12 +79,17 @@ impl Named {
         }
     }
 
-    /// What it takes, in words: `0 to 255`, `0 (off), 1 (on)`.
-    pub fn range(&self) -> String {
-        let (min, max) = match self {
+    /// Its smallest and its largest value.
+    pub fn limits(&self) -> (i64, i64) {
+        match self {
             Self::Axis(row) => (row.min, row.max),
             Self::Global { row, .. } => (row.min, row.max),
-        };
+        }
+    }
+
+    /// What it takes, in words: `0 to 255`, `0 (off), 1 (on)`.
+    pub fn range(&self) -> String {
+        let (min, max) = self.limits();
         match self.values() {
             Values::Only(list) => list.iter().map(choice).collect::<Vec<_>>().join(", "),
             _ => format!("{min} to {max} {}", self.unit().text()).trim_end().into(),

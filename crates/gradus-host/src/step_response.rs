@@ -22,7 +22,14 @@ impl StepResponse {
     pub fn of(samples: &[f64], period: Duration, from: f64, to: f64) -> Self {
         let share = |sample: &f64| if from == to { 0.0 } else { (sample - from) / (to - from) };
         let after = |index: usize| period * index as u32;
-        let reaches = |level: f64| samples.iter().position(|sample| share(sample) >= level).map(after);
+        let reaches = |level: f64| {
+            let index = samples.iter().position(|sample| share(sample) >= level)?;
+            let before = index.checked_sub(1).map(|before| (before, share(&samples[before])));
+            // On the straight line between the two samples around the level.
+            Some(before.map_or(Duration::ZERO, |(before, low)| {
+                after(before) + period.mul_f64((level - low) / (share(&samples[index]) - low))
+            }))
+        };
         let highest = samples.iter().map(share).fold(0.0, f64::max);
         let outside = |sample: &f64| (share(sample) - 1.0).abs() > BAND;
         let settled = samples.iter().rposition(outside).map_or(0, |last| last + 1);

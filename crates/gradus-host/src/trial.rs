@@ -72,6 +72,8 @@ pub struct Step {
 pub struct Trial {
     /// Time from one sample to the next.
     pub period: Duration,
+    /// How many of the samples are from before the step.
+    pub before: usize,
     /// What the regulator was asked for.
     pub wanted: Vec<f64>,
     /// What there was.
@@ -84,6 +86,8 @@ pub struct Trial {
     pub response: StepResponse,
 }
 
+/// The part of the time of a trial for which the samples begin before the step.
+const LEAD: u32 = 20;
 /// A motor has come to rest after so long.
 const REST: Duration = Duration::from_millis(500);
 
@@ -110,7 +114,9 @@ impl Session {
         let base =
             if step.regulator == Regulator::Position { self.get_axis(Ap::ActualPosition, step.axis)? } else { 0 };
         let target = base.saturating_add(step.size);
-        let capture = self.capture(step.axis, &step.regulator.channels(), step.time, |session| {
+        let lead = step.time / LEAD;
+        let capture = self.capture(step.axis, &step.regulator.channels(), lead + step.time, |session| {
+            session.sleep(lead);
             session.set_axis(step.regulator.target(), step.axis, target)
         })?;
         Ok(judge(&capture, f64::from(base), f64::from(target)))
@@ -129,16 +135,17 @@ impl Session {
     }
 }
 
-/// From the samples to what they mean; those before the step are left out.
+/// From the samples to what they mean. The judgement begins with the step.
 fn judge(capture: &Capture, from: f64, to: f64) -> Trial {
     let begins = capture.rows.iter().position(|row| row.first().is_some_and(|wanted| f64::from(*wanted) != from));
-    let rows = &capture.rows[begins.unwrap_or(0)..];
-    let column = |of: fn(&[i32]) -> f64| -> Vec<f64> { rows.iter().map(|row| of(row)).collect() };
+    let before = begins.unwrap_or(0);
+    let column = |of: fn(&[i32]) -> f64| -> Vec<f64> { capture.rows.iter().map(|row| of(row)).collect() };
     let wanted = column(|row| f64::from(row[0]));
     let actual = column(|row| f64::from(row[0]) - f64::from(row[1]));
-    let response = StepResponse::of(&actual, capture.period, from, to);
+    let response = StepResponse::of(&actual[before.min(actual.len())..], capture.period, from, to);
     Trial {
         period: capture.period,
+        before,
         wanted,
         actual,
         current_ma: column(|row| f64::from(row[2])),

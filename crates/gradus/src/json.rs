@@ -26,6 +26,11 @@ impl Json {
         self.json.as_deref() == Some(Path::new(STANDARD))
     }
 
+    /// True if a result is wanted anywhere.
+    pub fn is_wanted(&self) -> bool {
+        self.json.is_some()
+    }
+
     /// Writes a result, if one is wanted: an object with the version and these members.
     ///
     /// # Errors

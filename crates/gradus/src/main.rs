@@ -28,6 +28,7 @@ mod signal;
 mod sources;
 mod span;
 mod terminal;
+mod value;
 mod view;
 mod watch;
 mod zone;

@@ -125,7 +125,8 @@ fn thin(points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 }
 
 fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
-    let end = curves.iter().flat_map(|curve| &curve.points).map(|point| point.0).fold(1e-3, f64::max);
+    let times = || curves.iter().flat_map(|curve| &curve.points).map(|point| point.0);
+    let (start, end) = (times().fold(0.0, f64::min), times().fold(1e-3, f64::max));
     let (low, high) = span(curves);
     let decimals = decimals(high - low);
     area.fill(&WHITE)?;
@@ -134,7 +135,7 @@ fn chart(area: &Area, title: &str, curves: &[Curve]) -> Result<(), DrawError> {
         .margin(10 * PX)
         .x_label_area_size(40 * PX)
         .y_label_area_size(90 * PX)
-        .build_cartesian_2d(0.0..end, low..high)?;
+        .build_cartesian_2d(start..end, low..high)?;
     for curve in curves {
         shade(&mut chart, curve)?;
     }
@@ -164,7 +165,7 @@ fn shade(chart: &mut Chart, curve: &Curve) -> Result<(), DrawError> {
         if from < to {
             let area = [(time.start, from), (time.end, to)];
             chart.draw_series([Rectangle::new(area, color(curve).mix(0.12).filled())])?;
-            chart.draw_series([Text::new(*name, (time.end * 0.005, to), FONT)])?;
+            chart.draw_series([Text::new(*name, (time.start + (time.end - time.start) * 0.005, to), FONT)])?;
         }
     }
     Ok(())
@@ -172,8 +173,19 @@ fn shade(chart: &mut Chart, curve: &Curve) -> Result<(), DrawError> {
 
 const FONT: (&str, u32) = ("sans-serif", 12 * PX);
 
+/// Colours that colour-blind people can tell apart (Okabe and Ito), without the yellow that white swallows.
+const COLORS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
 fn color(curve: &Curve) -> RGBAColor {
-    Palette99::pick(curve.color).to_rgba()
+    COLORS[curve.color % COLORS.len()].to_rgba()
 }
 
 /// Which curve is whose, above the chart and out of the way of the curves.

@@ -147,7 +147,7 @@ fn switches(axis: &StepperAxis) -> Vec<Zone> {
 pub fn list() -> String {
     let line = |signal: &Signal| {
         let simulated = if signal.is_simulated() { " (only a simulated machine knows it)" } else { "" };
-        format!("  {:<16}{}{simulated}\n", signal.name, signal.description)
+        format!("  {:<21}{}{simulated}\n", signal.name, signal.description)
     };
     SIGNALS.iter().map(line).collect()
 }

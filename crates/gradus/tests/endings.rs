@@ -209,3 +209,11 @@ fn a_result_goes_into_a_file_beside_the_words() {
     assert_eq!((&result["version"], &result["end"]), (&1.into(), &"stopped".into()));
     assert_eq!((&result["refused"][0]["place"], &result["moving"]), (&"refused.tmc:2".into(), &serde_json::json!([])));
 }
+
+#[test]
+fn a_problem_code_is_explained() {
+    let page = gradus(Path::new("/"), &["explain", "Jump-To-Next"]).output().unwrap();
+    assert!(text(&page).starts_with("# jump-to-next\n"), "{}", text(&page));
+    let wrong = gradus(Path::new("/"), &["explain", "jump-to-nxt"]).output().unwrap();
+    assert!(text(&wrong).contains("the problem code nearest to it is jump-to-next"), "{}", text(&wrong));
+}

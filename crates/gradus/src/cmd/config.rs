@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use gradus_host::{Config, Difference, settings};
+use serde_json::json;
 
 use crate::complain;
+use crate::json::Json;
 use crate::port::Port;
 use crate::progress::progress;
 
@@ -50,6 +52,8 @@ enum Action {
         /// File to compare with; the defaults if left out
         #[arg(value_name = "FILE.toml")]
         file: Option<PathBuf>,
+        #[command(flatten)]
+        json: Json,
     },
     /// Write to a module what differs from a file
     ///
@@ -84,10 +88,10 @@ impl Configure {
     pub fn run(self, out: &mut dyn Write) -> anyhow::Result<()> {
         match self.action {
             Action::Dump { port, file, as_program } => dump(&port, file.as_deref(), as_program, out),
-            Action::Diff { port, file } => differences(&port, file.as_deref(), out).map(drop),
+            Action::Diff { port, file, json } => differences(&port, file.as_deref(), Some(&json), out).map(drop),
             Action::Apply { file, as_program: true, .. } => Ok(out.write_all(load(&file)?.to_program().as_bytes())?),
             Action::Apply { port, file, store, .. } => apply(&port, &file, store, out),
-            Action::Verify { port, file } => match differences(&port, Some(&file), out)? {
+            Action::Verify { port, file } => match differences(&port, Some(&file), None, out)? {
                 0 => Ok(()),
                 count => bail!("{} from {}", settings_differ(count), file.display()),
             },
@@ -152,7 +156,7 @@ fn old_text(file: &Path) -> anyhow::Result<Option<String>> {
 }
 
 /// Prints what differs, and says how much.
-fn differences(port: &Port, file: Option<&Path>, out: &mut dyn Write) -> anyhow::Result<usize> {
+fn differences(port: &Port, file: Option<&Path>, json: Option<&Json>, out: &mut dyn Write) -> anyhow::Result<usize> {
     let wanted = file.map(load).transpose()?;
     let mut session = port.open()?;
     let (config, whose) = match wanted {
@@ -162,9 +166,13 @@ fn differences(port: &Port, file: Option<&Path>, out: &mut dyn Write) -> anyhow:
     let bar = progress("compare", config.values.len());
     let differences = config.differences(&mut session, |count| bar.set_position(count as u64))?;
     drop(bar);
-    for Difference { setting, wanted, found } in &differences {
+    for Difference { setting, wanted, found } in differences.iter().filter(|_| !json.is_some_and(Json::is_alone)) {
         let unit = setting.named.unit().text();
         writeln!(out, "{}", format!("{setting}: {wanted} {whose}, {found} in the module {unit}").trim_end())?;
+    }
+    if let Some(json) = json {
+        let member = |it: &Difference| json!({ "setting": it.setting.to_string(), "wanted": it.wanted, "found": it.found, "unit": it.setting.named.unit().text() });
+        json.write(&[("differences", differences.iter().map(member).collect())], out)?;
     }
     Ok(differences.len())
 }

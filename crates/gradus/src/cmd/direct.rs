@@ -9,7 +9,9 @@ use gradus_host::{Error, Session, Terminal};
 use gradus_tmcl::ascii::Reply;
 use gradus_tmcl::catalogue::{EncodeError, Module};
 use gradus_tmcl::{Instruction, Opcode, ParseError, Status};
+use serde_json::{Value, json};
 
+use crate::json::Json;
 use crate::port::Port;
 use crate::program::print_problems;
 
@@ -37,6 +39,8 @@ pub struct Direct {
     /// Speak in command lines of the ASCII interface instead of datagrams
     #[arg(long, conflicts_with_all = ["verbose", "trace"])]
     ascii: bool,
+    #[command(flatten)]
+    json: Json,
     /// Commands, one an argument
     #[arg(required = true, value_name = "COMMAND")]
     commands: Vec<String>,
@@ -55,18 +59,30 @@ impl Direct {
     fn send(&self, out: &mut dyn Write) -> anyhow::Result<usize> {
         let mut session = self.port.open()?;
         let instructions = parse(&self.commands, session.module()?)?;
-        let mut refused = 0;
+        let (mut refused, mut answers) = (0, Vec::new());
         for (text, instruction) in self.commands.iter().zip(instructions) {
-            match send(&mut session, instruction) {
-                Ok(answer) => writeln!(out, "{text}: {answer}")?,
-                Err(Error::Refused { status, reason, .. }) => {
-                    refused += 1;
-                    writeln!(out, "{text}: {}", refusal(status, reason))?;
-                }
+            let (accepted, answer) = match send(&mut session, instruction) {
+                Ok(answer) => (true, answer),
+                Err(Error::Refused { status, reason, .. }) => (false, refusal(status, reason)),
                 Err(error) => return Err(error.into()),
-            }
+            };
+            refused += usize::from(!accepted);
+            self.answer(text, accepted, &answer, &mut answers, out)?;
         }
+        self.json.write(&[("answers", answers.into())], out)?;
         Ok(refused)
+    }
+
+    fn answer(
+        &self,
+        text: &str,
+        accepted: bool,
+        answer: &str,
+        answers: &mut Vec<Value>,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        answers.push(json!({ "command": text, "accepted": accepted, "answer": answer }));
+        if self.json.is_alone() { Ok(()) } else { writeln!(out, "{text}: {answer}") }
     }
 
     /// The same in command lines.
@@ -74,16 +90,16 @@ impl Direct {
         let check = |text: &String| Terminal::check(text).with_context(|| format!("nothing was sent: `{text}`"));
         let lines = self.commands.iter().map(check).collect::<Result<Vec<_>, _>>()?;
         let mut terminal = self.port.terminal()?;
-        let mut refused = 0;
+        let (mut refused, mut answers) = (0, Vec::new());
         for (text, line) in self.commands.iter().zip(lines) {
             let Reply { status, value, .. } = terminal.ask(text.trim())?;
-            if status.is_ok() {
-                writeln!(out, "{text}: {status} {value}")?;
-            } else {
-                refused += 1;
-                writeln!(out, "{text}: {}", refusal(status, Terminal::reason(line, status)))?;
-            }
+            let accepted = status.is_ok();
+            let answer =
+                if accepted { format!("{status} {value}") } else { refusal(status, Terminal::reason(line, status)) };
+            refused += usize::from(!accepted);
+            self.answer(text, accepted, &answer, &mut answers, out)?;
         }
+        self.json.write(&[("answers", answers.into())], out)?;
         terminal.close()?;
         Ok(refused)
     }

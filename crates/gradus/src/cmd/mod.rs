@@ -26,7 +26,7 @@ mod status;
 mod stop;
 mod trace;
 mod tune;
-mod units;
+pub mod units;
 mod verify;
 mod watch;
 

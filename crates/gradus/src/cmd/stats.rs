@@ -3,8 +3,11 @@
 use std::io::Write;
 
 use anyhow::bail;
+use gradus_host::Statistics;
 use gradus_tmcl::catalogue::Gp;
+use serde_json::{Value, json};
 
+use crate::json::Json;
 use crate::port::Port;
 
 /// Ask a module many times and tell what the line is like
@@ -24,6 +27,8 @@ pub struct Stats {
     /// Number of requests
     #[arg(long, value_name = "N", default_value_t = 1000)]
     count: u32,
+    #[command(flatten)]
+    json: Json,
 }
 
 impl Stats {
@@ -39,7 +44,33 @@ impl Stats {
                 Err(error) => return Err(error.into()),
             }
         }
-        write!(out, "{}", session.statistics())?;
+        if !self.json.is_alone() {
+            write!(out, "{}", session.statistics())?;
+        }
+        self.json.write(&members(session.statistics()), out)?;
         if failed > 0 { bail!("{failed} of {} requests got no answer", self.count) } else { Ok(()) }
     }
+}
+
+/// The figures for programs; times in microseconds.
+fn members(statistics: &Statistics) -> Vec<(&'static str, Value)> {
+    let Statistics { requests, answers, retries, silent, damaged, damaged_requests, drained, probes, round_trips } =
+        statistics;
+    let percentile = |percent| json!(round_trips.percentile(percent).as_micros() as u64);
+    vec![
+        ("requests", json!(requests)),
+        ("answers", json!(answers)),
+        ("retries", json!(retries)),
+        ("silent", json!(silent)),
+        ("damaged", json!(damaged)),
+        ("damaged_requests", json!(damaged_requests)),
+        ("drained", json!(drained)),
+        ("probes", json!(probes)),
+        (
+            "round_trip_us",
+            json!({
+                "p50": percentile(50), "p99": percentile(99), "longest": round_trips.longest().as_micros() as u64
+            }),
+        ),
+    ]
 }

@@ -17,7 +17,7 @@ use crate::span;
 /// Give a step to a regulator of a servo and judge what comes of it
 ///
 /// The module samples the answer itself, 2000 times a second, so a real module and a virtual one are judged alike.
-/// Prints how long the answer takes to rise, how far it overshoots and when it has settled, and writes a picture. For
+/// Prints how long the answer takes to rise, how far it overshoots and when it has settled, and writes a picture where --svg asks for one. For
 /// velocity and position the motor must be free to turn; for the current a step in flux is given, which does not turn
 /// it.
 #[derive(clap::Args)]
@@ -46,9 +46,9 @@ pub struct Tune {
     /// Set axis parameters before; nothing is stored
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, i64)>,
-    /// Where the picture goes
-    #[arg(long, value_name = "FILE.svg", default_value = "tune.svg")]
-    svg: PathBuf,
+    /// Draw the answer as a picture
+    #[arg(long, value_name = "FILE.svg")]
+    svg: Option<PathBuf>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -64,7 +64,7 @@ impl Which {
         match self {
             Self::Velocity => (1_000, Duration::from_millis(500), "rpm"),
             Self::Current => (1_000, Duration::from_millis(20), "mA"),
-            Self::Position => (65_536, Duration::from_secs(2), "of 65536 a turn"),
+            Self::Position => (65_536, Duration::from_secs(2), "turns/65536"),
         }
     }
 
@@ -104,9 +104,10 @@ impl Tune {
         let trial = session.try_step(&step)?;
         writeln!(out, "{}", self.title(&mut session, &trial, regulator, unit)?)?;
         print(out, &trial.response)?;
-        let picture = picture(&trial, unit)?;
-        fs::write(&self.svg, picture).with_context(|| format!("cannot write {}", self.svg.display()))?;
-        Ok(writeln!(out, "picture   {}", self.svg.display())?)
+        writeln!(out, "resolution {:.1} ms, interpolated between samples", trial.period.as_secs_f64() * 1e3)?;
+        let Some(file) = &self.svg else { return Ok(()) };
+        fs::write(file, picture(&trial, unit)?).with_context(|| format!("cannot write {}", file.display()))?;
+        Ok(writeln!(out, "picture   {}", file.display())?)
     }
 
     /// Sets what is to be set, and waits until the motor can turn.
@@ -164,9 +165,17 @@ fn print(out: &mut dyn Write, response: &StepResponse) -> anyhow::Result<()> {
 
 fn picture(trial: &Trial, unit: &str) -> anyhow::Result<String> {
     let points = |values: &[f64]| -> Vec<(f64, f64)> {
-        (0..).zip(values).map(|(row, value)| ((trial.period * row).as_secs_f64(), *value)).collect()
+        let time = |row: usize| (row as f64 - trial.before as f64) * trial.period.as_secs_f64();
+        values.iter().enumerate().map(|(row, value)| (time(row), *value)).collect()
     };
-    let title = format!("[{unit}]");
+    let quantity = if unit == "rpm" {
+        "velocity"
+    } else if unit == "mA" {
+        "current"
+    } else {
+        "position"
+    };
+    let title = format!("{quantity} [{unit}]");
     let curves = [("wanted", points(&trial.wanted)), ("actual", points(&trial.actual))];
     let current = [("current", points(&trial.current_ma))];
     plot::named_svg(&[Named { title: &title, curves: &curves }, Named { title: "current [mA]", curves: &current }])
@@ -188,6 +197,7 @@ mod tests {
     fn the_picture_shows_wanted_and_actual_values_and_the_current() {
         let trial = Trial {
             period: Duration::from_millis(1),
+            before: 1,
             wanted: vec![100.0; 3],
             actual: vec![0.0, 50.0, 100.0],
             current_ma: vec![5.0; 3],
@@ -195,7 +205,7 @@ mod tests {
             response: StepResponse { rise: None, overshoot_percent: 0.0, settling: None },
         };
         let svg = picture(&trial, "rpm").unwrap();
-        for text in ["wanted", "actual", "[rpm]", "current [mA]"] {
+        for text in ["wanted", "actual", "velocity [rpm]", "current [mA]"] {
             assert!(svg.contains(text), "{text}");
         }
     }

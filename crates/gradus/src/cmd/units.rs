@@ -6,6 +6,7 @@ use std::io::Write;
 use std::str::FromStr;
 
 use anyhow::{Context, bail};
+use gradus_host::Session;
 use gradus_motion::{Tmc428Units, Units as RampUnits};
 use gradus_tmcl::catalogue::{Ap, AxisParameter, MODULES, Module, Unit as Kind};
 use serde_json::{Map, Value, json};
@@ -133,8 +134,8 @@ impl Scale {
         [1.0, self.max].map(|setting| (digits(setting), setting * self.units[0].1)).into()
     }
 
-    /// A quantity and the nearest setting, in turns and seconds.
-    fn columns(&self, Quantity { number, unit }: &Quantity, module: &Module) -> anyhow::Result<Vec<(String, f64)>> {
+    /// A quantity in turns and seconds, and the nearest setting.
+    fn nearest(&self, Quantity { number, unit }: &Quantity, module: &Module) -> anyhow::Result<(f64, f64)> {
         let name = if unit.is_empty() { "setting" } else { unit };
         let size = self.units.iter().find(|(known, _)| *known == name).map(|(_, size)| *size);
         let exact = number * size.with_context(|| self.no_unit(unit))?;
@@ -153,6 +154,13 @@ impl Scale {
                 module.name
             );
         }
+        Ok((exact, setting))
+    }
+
+    /// A quantity and the nearest setting, in turns and seconds.
+    fn columns(&self, quantity: &Quantity, module: &Module) -> anyhow::Result<Vec<(String, f64)>> {
+        let (exact, setting) = self.nearest(quantity, module)?;
+        let given = format!("{}{}", quantity.number, quantity.unit);
         let nearest = (digits(setting), setting * self.units[0].1);
         Ok(if given == nearest.0 { vec![nearest] } else { vec![(given, exact), nearest] })
     }
@@ -181,7 +189,40 @@ impl Scale {
     }
 }
 
+/// The setting of a parameter of motion for a quantity with a unit, under the settings that an axis of a module has now. `travel` is
+/// in mm a turn. `None` if the parameter is none of motion.
+///
+/// # Errors
+/// When the unit is none of the parameter's, or the setting beyond its range.
+pub fn setting(
+    text: &str,
+    unit: Kind,
+    session: &mut Session,
+    axis: u8,
+    travel: Option<f64>,
+) -> anyhow::Result<Option<i64>> {
+    let module = session.module()?;
+    let scales = Axis::of(session, axis, travel).scales(module)?;
+    let Some(scale) = scales.iter().find(|scale| scale.row.unit == unit && unit != Kind::Plain) else {
+        return Ok(None);
+    };
+    let quantity: Quantity = text.parse().map_err(anyhow::Error::msg)?;
+    Ok(Some(scale.nearest(&quantity, module)?.1 as i64))
+}
+
 impl Axis {
+    /// What an axis of a module has set.
+    fn of(session: &mut Session, axis: u8, travel: Option<f64>) -> Self {
+        let mut read = |id| session.get_axis(id, axis).ok();
+        let mut byte = |id| read(id).and_then(|value| u8::try_from(value).ok());
+        let (pulse_div, ramp_div) = (byte(Ap::PulseDivisor), byte(Ap::RampDivisor));
+        let unit_mode = byte(Ap::UnitMode);
+        let microsteps = byte(Ap::MicrostepResolution).map(|exponent| 1 << exponent.min(8));
+        let mut number = |id| read(id).and_then(|value| u32::try_from(value).ok()).filter(|value| *value > 0);
+        let (position_scaler, full_steps) = (number(Ap::PositionScaler), number(Ap::FullStepResolution));
+        Self { pulse_div, ramp_div, unit_mode, position_scaler, microsteps, full_steps, encoder: None, travel }
+    }
+
     /// Speed, acceleration, position.
     fn scales(&self, module: &'static Module) -> anyhow::Result<[Scale; 3]> {
         self.check(module)?;
