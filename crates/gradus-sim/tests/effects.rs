@@ -187,7 +187,8 @@ proptest! {
         let (first, second) = (run(&start), run(&second));
         prop_assert_eq!(first.0, second.0, "{:?} goes on elsewhere", instruction);
         // What both started with in common, and what both have written, is the same behind it.
-        let excused = first.1.differs(&second.1) - written(&first, &second);
+        // Writes of the EEPROM are counted from elsewhere on: values that are there already are not written again.
+        let excused = (first.1.differs(&second.1) - written(&first, &second)) | Places::EEPROM;
         let differs = first.2.differs(&second.2);
         prop_assert!(excused.contains(differs), "{:?}: {:?} differ", instruction, differs);
     }
