@@ -77,8 +77,9 @@ impl Eeprom {
     }
 
     pub(crate) fn new(size: usize) -> Self {
-        let erased = Arc::new(Page { bytes: [0xff; PAGE], writes: 0 });
-        Self { pages: vec![erased; size.div_ceil(PAGE)], size, writes_left: None, file: None }
+        // Each page has memory of its own from the start: a write to an EEPROM that nobody has copied allocates nothing.
+        let erased = |_| Arc::new(Page { bytes: [0xff; PAGE], writes: 0 });
+        Self { pages: (0..size.div_ceil(PAGE)).map(erased).collect(), size, writes_left: None, file: None }
     }
 
     /// An EEPROM in memory that holds these bytes already.

@@ -2,43 +2,9 @@
 
 use core::fmt;
 
-use super::{COMMANDS, Model, Module};
+use super::availability::Mode;
+use super::module::{Model, Module};
 use crate::{Instruction, Opcode};
-
-/// Where a command may stand.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Mode {
-    /// The module does not have it.
-    None,
-    /// Only from the host.
-    Direct,
-    /// Only in a program.
-    Standalone,
-    /// From the host and in a program.
-    Both,
-}
-
-impl Mode {
-    /// True when the host may send it.
-    pub const fn direct(self) -> bool {
-        matches!(self, Self::Direct | Self::Both)
-    }
-
-    /// True when a program may contain it.
-    pub const fn standalone(self) -> bool {
-        matches!(self, Self::Standalone | Self::Both)
-    }
-
-    /// Wherever one of the two allows it.
-    const fn or(self, other: Self) -> Self {
-        match (self.direct() || other.direct(), self.standalone() || other.standalone()) {
-            (true, true) => Self::Both,
-            (true, false) => Self::Direct,
-            (false, true) => Self::Standalone,
-            (false, false) => Self::None,
-        }
-    }
-}
 
 /// Where a command may stand, by manual.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -273,21 +239,6 @@ impl Operand {
 }
 
 impl Command {
-    /// The command of that number, whether or not some module has it.
-    pub fn of(opcode: Opcode) -> Option<&'static Command> {
-        COMMANDS.iter().find(|command| command.opcode == opcode)
-    }
-
-    /// The same, but it changes nothing.
-    pub(super) const fn reads(self) -> Self {
-        Self { impact: Impact::Reads, ..self }
-    }
-
-    /// The same, but it ends something and begins nothing.
-    pub(super) const fn stops(self) -> Self {
-        Self { impact: Impact::Stops, ..self }
-    }
-
     /// How many operands must be given.
     pub fn required(&self) -> usize {
         required(self.operands)

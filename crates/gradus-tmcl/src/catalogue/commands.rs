@@ -1,10 +1,12 @@
 //! The table of commands, one row each, for all modules.
 
-use super::Ascii::{No, Special, Yes};
-use super::Field::{Kind, Motor, Value};
-use super::Mode::{Both, Direct, None as Absent, Standalone};
-use super::Model::{Tmcm351, Tmcm1617, Tmcm3351};
-use super::{Ascii, Command, Field, Impact, Keyword, Mode, Model, Modes, Operand, OperandKind};
+use super::availability::Mode;
+use super::availability::Mode::{Both, Direct, None as Absent, Standalone};
+use super::command::Ascii::{No, Special, Yes};
+use super::command::Field::{Kind, Motor, Value};
+use super::command::{Ascii, Command, Field, Impact, Keyword, Modes, Operand, OperandKind};
+use super::module::Model::{Tmcm351, Tmcm1617, Tmcm3351};
+use super::module::{Model, Module};
 use crate::{MoveKind, Opcode, Operation, Search, WaitFor};
 
 const fn operand(name: &'static str, field: Field, kind: OperandKind) -> Operand {
@@ -268,3 +270,39 @@ pub const COMMANDS: &[Command] = &[
     row(Opcode::GET_INFO, "", "get information", &[ENTRY], [Direct, Direct, Absent, Direct], No).reads(),
     row(Opcode::SOFTWARE_RESET, "", "software reset", &[CODE], [Direct, Direct, Absent, Absent], No),
 ];
+
+impl Command {
+    /// The command of that number, whether or not some module has it.
+    pub fn of(opcode: Opcode) -> Option<&'static Command> {
+        COMMANDS.iter().find(|command| command.opcode == opcode)
+    }
+
+    /// The same, but it changes nothing.
+    pub(super) const fn reads(self) -> Self {
+        Self { impact: Impact::Reads, ..self }
+    }
+
+    /// The same, but it ends something and begins nothing.
+    pub(super) const fn stops(self) -> Self {
+        Self { impact: Impact::Stops, ..self }
+    }
+}
+
+impl Module {
+    /// The command of that mnemonic, in any case, if the module has it.
+    pub fn command(&self, mnemonic: &str) -> Option<&'static Command> {
+        let named = |command: &&Command| !mnemonic.is_empty() && command.mnemonic.eq_ignore_ascii_case(mnemonic);
+        COMMANDS.iter().filter(named).find(|command| self.mode(command.opcode) != Mode::None)
+    }
+}
+
+/// Where each command may stand on a module, by opcode.
+pub(super) const fn modes(model: Model) -> [Mode; 256] {
+    let mut by_opcode = [Mode::None; 256];
+    let mut i = 0;
+    while i < COMMANDS.len() {
+        by_opcode[COMMANDS[i].opcode.0 as usize] = COMMANDS[i].modes.of(model);
+        i += 1;
+    }
+    by_opcode
+}

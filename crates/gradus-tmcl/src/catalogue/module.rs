@@ -1,6 +1,7 @@
 //! Modules, their ports and their interrupts.
 
-use super::{AxisParameter, COMMANDS, Command, GlobalParameter, Mode, TMCM_351, TMCM_1617, TMCM_3351};
+use super::availability::Mode;
+use super::parameter::{AxisParameter, GlobalParameter};
 use crate::Opcode;
 
 /// Whether a port is read or written.
@@ -130,45 +131,13 @@ pub struct Module {
     pub(super) modes: [Mode; 256],
 }
 
-/// In place of a module that the catalogue lacks: every command, six axes, the longest memory, and nothing known of
-/// parameters, ports and interrupts. Programs can be assembled and checked for it, as far as that needs no catalogue.
-pub static ANY: Module = Module {
-    model: Model::Any,
-    name: "any",
-    number: 0,
-    version: (0, 0),
-    version_text: b"        ",
-    chip: MotionChip::Tmc4361,
-    axes: 6,
-    program_len: u16::MAX,
-    coordinates: 0,
-    least_supply_v: 0,
-    tick_us: 100,
-    instruction_us: 10,
-    axis_parameters: &[],
-    global_parameters: &[],
-    ports: &[],
-    interrupts: &[],
-    axis_rows: axis_rows(&[]),
-    global_rows: global_rows(&[]),
-    modes: modes(Model::Any),
-};
-
-/// The modules.
-pub static MODULES: &[&Module] = &[&TMCM_3351, &TMCM_1617, &TMCM_351];
-
 impl Module {
-    /// The module of that name, as `TMCM-3351` or `tmcm-3351`.
-    pub fn named(name: &str) -> Option<&'static Module> {
-        MODULES.iter().find(|module| module.name.eq_ignore_ascii_case(name)).copied()
-    }
-
-    /// True for [`ANY`], of which nothing is known.
+    /// True for [`ANY`](super::ANY), of which nothing is known.
     pub fn is_any(&self) -> bool {
         self.model == Model::Any
     }
 
-    /// Commands of program memory; for [`ANY`] as many as a jump can reach.
+    /// Commands of program memory; for [`ANY`](super::ANY) as many as a jump can reach.
     pub fn memory(&self) -> usize {
         if self.is_any() { 1 << 16 } else { usize::from(self.program_len) }
     }
@@ -210,12 +179,6 @@ impl Module {
     pub fn mode(&self, opcode: Opcode) -> Mode {
         self.modes[usize::from(opcode.0)]
     }
-
-    /// The command of that mnemonic, in any case, if the module has it.
-    pub fn command(&self, mnemonic: &str) -> Option<&'static Command> {
-        let named = |command: &&Command| !mnemonic.is_empty() && command.mnemonic.eq_ignore_ascii_case(mnemonic);
-        COMMANDS.iter().filter(named).find(|command| self.mode(command.opcode) != Mode::None)
-    }
 }
 
 /// Index of a row by number.
@@ -248,16 +211,6 @@ pub(super) const fn global_rows(rows: &[GlobalParameter]) -> [Rows; 4] {
         i += 1;
     }
     by_bank
-}
-
-pub(super) const fn modes(model: Model) -> [Mode; 256] {
-    let mut by_opcode = [Mode::None; 256];
-    let mut i = 0;
-    while i < COMMANDS.len() {
-        by_opcode[COMMANDS[i].opcode.0 as usize] = COMMANDS[i].modes.of(model);
-        i += 1;
-    }
-    by_opcode
 }
 
 pub(super) const fn port(

@@ -4,7 +4,8 @@ use super::Access::{R, Rw, Rwa, Rwe};
 use super::Direction::{In, Out};
 use super::Unit::*;
 use super::Values::{Any, Notes, Only};
-use super::module::{axis_rows, global_rows, modes, port};
+use super::commands::modes;
+use super::module::{axis_rows, global_rows, port};
 use super::parameter::{
     AUTO_START, BAUD_RATES, CAN_BIT_RATES, COORDINATE_STORAGE, DOWNLOAD, EDGES, LEVELS, PROTECTION, RESTORE,
     RUN_STATES, axis, bits, global, one, span,
