@@ -191,8 +191,9 @@ fn standard_input_and_output_are_files_too() {
     };
     let program = pipe(&["asm", "-"], b"STOP");
     assert_eq!(program.stdout, [28, 0, 0, 0, 0, 0, 0, 28], "{}", text(&program));
-    assert_eq!(String::from_utf8_lossy(&program.stderr), "-: 1 of 6144 commands\n");
-    assert_eq!(text(&pipe(&["disasm", "-"], &program.stdout)).trim(), "STOP");
+    assert!(program.stderr.starts_with(b"-: 1 of 6144 commands"), "{}", String::from_utf8_lossy(&program.stderr));
+    let source = text(&pipe(&["disasm", "-"], &program.stdout));
+    assert_eq!(source.lines().last().map(str::trim), Some("STOP"), "{source}");
     let run = text(&pipe(&["run", "-"], b"STOP"));
     assert!(run.contains("the program stopped at <stdin>:1"), "{run}");
 }
@@ -215,5 +216,5 @@ fn a_problem_code_is_explained() {
     let page = gradus(Path::new("/"), &["explain", "Jump-To-Next"]).output().unwrap();
     assert!(text(&page).starts_with("# jump-to-next\n"), "{}", text(&page));
     let wrong = gradus(Path::new("/"), &["explain", "jump-to-nxt"]).output().unwrap();
-    assert!(text(&wrong).contains("the problem code nearest to it is jump-to-next"), "{}", text(&wrong));
+    assert!(text(&wrong).contains("nor a problem code; did you mean `jump-to-next`?"), "{}", text(&wrong));
 }

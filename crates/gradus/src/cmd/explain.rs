@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use anyhow::bail;
+use anyhow::anyhow;
 use gradus_asm::Code;
-use gradus_host::{Named, find, find_axis, find_global};
+use gradus_host::{NameError, Named, find, find_axis, find_global};
 use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
 
 use crate::{port, project};
@@ -49,11 +49,21 @@ impl Explain {
         };
         match found {
             Ok(named) => Ok(out.write_all(parameter(&named, module).as_bytes())?),
-            Err(error) => match Code::nearest(what) {
-                Some(code) => bail!("{error}; the problem code nearest to it is {}", code.text()),
-                None => bail!("{error}"),
-            },
+            Err(error) => Err(unknown(error, what, module)),
         }
+    }
+}
+
+/// A name that looks like no parameter may be meant for a code.
+fn unknown(error: NameError, what: &str, module: &Module) -> anyhow::Error {
+    let unlike = matches!(&error, NameError::Unknown { suggestions, .. } if suggestions.is_empty());
+    match Code::nearest(what).filter(|_| unlike) {
+        Some(code) => anyhow!(
+            "`{what}` is neither a parameter of the {} nor a problem code; did you mean `{}`?",
+            module.name,
+            code.text()
+        ),
+        None => error.into(),
     }
 }
 
