@@ -6,6 +6,7 @@ use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 use crate::capture::Capture;
 use crate::commands::outputs::Outputs;
 use crate::drive::axes::Axes;
+use crate::drive::stepper::reference_search::SearchFailure;
 use crate::drive::ticks::Ticks;
 use crate::links::heartbeats::Heartbeats;
 use crate::links::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
@@ -168,6 +169,12 @@ impl<P: Ports, S: Store> Module<P, S> {
     pub fn get_axis(&mut self, axis: usize, id: Ap) -> Option<i32> {
         self.row_of(id)?;
         self.get_id(u8::try_from(axis).ok()?, id).ok()
+    }
+
+    /// A reference search that has failed since the last call, for tools and tests: its axis and why.
+    #[inline]
+    pub fn take_search_failure(&mut self) -> Option<(usize, SearchFailure)> {
+        self.axes.take_search_failure()
     }
 
     /// Levels of the digital outputs, bit 0 is output 0.

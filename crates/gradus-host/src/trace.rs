@@ -34,6 +34,8 @@ pub enum Packet {
     Serial(Vec<u8>),
     /// A frame on a CAN bus.
     Can(Frame),
+    /// Nothing on the line: what a virtual module says by itself, such as why a reference search has failed.
+    Notice(String),
 }
 
 /// Something that has passed over a line.

@@ -412,7 +412,7 @@ impl Bench {
         self.firmware().is_some_and(|firmware| firmware.set_register(register, value))
     }
 
-    /// What has happened by itself since the last call, such as a drive that has been switched off.
+    /// What has happened by itself since the last call: a drive that has been switched off, a reference search that has failed.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         if self.notices.is_empty() { Vec::new() } else { self.notices.take() }
     }

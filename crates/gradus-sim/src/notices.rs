@@ -1,4 +1,5 @@
-//! What a bench has to say without being asked: why the driver of a servo has been switched off.
+//! What a bench has to say without being asked: why the driver of a servo has been switched off, why a reference search has
+//! found no zero.
 
 use std::collections::VecDeque;
 
@@ -30,12 +31,21 @@ pub(crate) struct Notices {
 }
 
 impl Notices {
-    /// Looks whether the driver of a servo has been switched off.
+    /// Looks whether the driver of a servo has been switched off, or a reference search has failed.
     #[inline]
     pub(crate) fn look(&mut self, now_us: u64, firmware: &mut Firmware) {
-        if !matches!(firmware, Firmware::Servo(_)) {
-            return;
+        match firmware {
+            Firmware::Servo(_) => self.look_at_drive(now_us, firmware),
+            Firmware::Steppers(module) => {
+                while let Some((axis, failure)) = module.take_search_failure() {
+                    let reason = failure.reason();
+                    self.add(now_us, format!("the reference search of axis {axis} has found no zero: {reason}"));
+                }
+            }
         }
+    }
+
+    fn look_at_drive(&mut self, now_us: u64, firmware: &mut Firmware) {
         let faults = faults(firmware);
         let new = faults & !self.faults;
         self.faults = faults;

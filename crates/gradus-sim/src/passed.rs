@@ -24,6 +24,8 @@ pub enum Content {
     Bytes(Vec<u8>),
     /// A CAN frame.
     Frame(Frame),
+    /// Nothing on the bus: what a module's bench has to say by itself, see [`Notice`](crate::Notice).
+    Notice(String),
 }
 
 /// Keeps what passes on one bus, if somebody wants it.

@@ -62,6 +62,35 @@ fn zero_is_where_the_switch_is() {
     }
 }
 
+/// Asserts that the bench has said once why the search has found nothing.
+fn check_notice(host: &mut Host, reason: &str) {
+    let texts: Vec<String> = host.bench.take_notices().into_iter().map(|notice| notice.text).collect();
+    assert_eq!(texts, [format!("the reference search of axis 0 has found no zero: {reason}")]);
+}
+
+#[test]
+fn search_that_begins_again_and_again_says_each_time_that_it_cannot_turn() {
+    let mut host = search(TRAVEL, 1);
+    finish(&mut host);
+    host.tell("SAP 194, 0, 0");
+    for _ in 0..3 {
+        host.tell("RFS START, 0");
+        finish(&mut host);
+        check_notice(&mut host, "the search speed is 0");
+    }
+}
+
+#[test]
+fn search_that_the_user_ends_is_no_failure() {
+    for command in ["RFS STOP, 0", "MST 0", "MVP ABS, 0, 0", "ROR 0, 100"] {
+        let mut host = search(TRAVEL, 1);
+        host.bench.run_for(SECOND_US / 10);
+        host.tell(command);
+        host.bench.run_for(SECOND_US);
+        assert!(host.bench.take_notices().is_empty(), "{command}");
+    }
+}
+
 #[test]
 fn search_without_its_switch_ends_at_the_end_stop() {
     for (mode, travel) in [(1, Travel { left: None, ..TRAVEL }), (7, Travel { home: None, ..TRAVEL })] {
@@ -70,6 +99,7 @@ fn search_without_its_switch_ends_at_the_end_stop() {
         // To the stop, then at most two turns of which the encoder sees nothing.
         assert!(seconds < 4.0, "mode {mode}: {seconds} s");
         assert_eq!(host.get(Ap::ExtendedErrorFlags), NOT_FOUND, "mode {mode}");
+        check_notice(&mut host, "the shaft does not follow the motor");
     }
 }
 
@@ -93,6 +123,7 @@ fn search_of_a_shaft_without_encoder_ends_after_a_thousand_turns() {
     assert!((50.0..55.0).contains(&seconds), "{seconds} s");
     // StallGuard2 has seen the block; without axis parameter 181 that stops nothing.
     assert_eq!(host.get(Ap::ExtendedErrorFlags), STALLED | NOT_FOUND);
+    check_notice(&mut host, "no switch within 1000 turns of the motor");
 }
 
 #[test]

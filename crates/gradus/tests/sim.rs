@@ -306,6 +306,22 @@ fn traffic_is_recorded_and_can_be_replayed() {
 }
 
 #[test]
+fn the_trace_says_why_a_reference_search_has_found_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("sim.pcapng");
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0", "--trace", text(&file)]);
+    for command in ["SAP 193, 0, 1", "SAP 194, 0, 0", "RFS START, 0"] {
+        let (status, _, message) = gradus(&["cmd", "--port", &sim.url(0), command]);
+        assert_eq!(status, Some(0), "{message}");
+    }
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    sim.stop();
+    let (_, shown, message) = gradus(&["trace", text(&file)]);
+    let notice = "  !     the reference search of axis 0 has found no zero: the search speed is 0\n";
+    assert!(shown.contains(notice), "{shown}{message}");
+}
+
+#[test]
 fn a_broker_serves_several_commands_at_once() {
     let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
     let serve = ["serve", "--port", &sim.url(0), "--tcp", "127.0.0.1:0", "--read-only"];

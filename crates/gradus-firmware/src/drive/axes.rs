@@ -6,6 +6,7 @@
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
+use crate::drive::stepper::reference_search::SearchFailure;
 use crate::drive::ticks::Period;
 use crate::ports::Switches;
 
@@ -78,6 +79,11 @@ pub trait Axes<P> {
     /// # Errors
     /// [`Status::WRONG_TYPE`] for a kind that the module lacks, [`Status::NOT_AVAILABLE`] for START while the drivers are off.
     fn search(&mut self, what: Search, index: usize) -> Result<Option<i32>, Status>;
+
+    /// A reference search that has failed since the last call, by its axis and why.
+    fn take_search_failure(&mut self) -> Option<(usize, SearchFailure)> {
+        None
+    }
 
     /// A position that MVP COORD moves to; `None` if there is no such coordinate.
     fn coordinate_mut(&mut self, number: u8, index: usize) -> Option<&mut i32>;

@@ -34,6 +34,7 @@ impl Decoder {
             return match &record.packet {
                 Packet::Serial(bytes) => format!("?     {} bytes: {}", bytes.len(), hex(bytes)),
                 Packet::Can(frame) => format!("?     CAN ID {}: {}", frame.id, hex(frame.data())),
+                Packet::Notice(text) => format!("!     {text}"),
             };
         };
         match self.direction(record.direction, &nine) {
@@ -152,5 +153,6 @@ pub(super) fn nine(packet: &Packet, asked: Option<(u8, Instruction)>) -> Option<
             }
             Some((frame.id, nine))
         }
+        Packet::Notice(_) => None,
     }
 }

@@ -31,6 +31,7 @@ impl Gatherer {
         let at = self.began + Duration::from_micros(passed.at_us);
         match &passed.what {
             Content::Frame(frame) => sink(&Record { at, direction, packet: Packet::Can(*frame) }),
+            Content::Notice(text) => sink(&Record { at, direction, packet: Packet::Notice(text.clone()) }),
             Content::Bytes(bytes) => {
                 let key = (passed.bus, passed.host, passed.from_module);
                 let framer = self.framers.entry(key).or_insert_with(|| Framer::new(GAP_US));

@@ -2,7 +2,7 @@
 //!
 //! A file has two interfaces. Serial datagrams have the link type USER0 (147), which `tools/wireshark/tmcl.lua` understands; CAN frames
 //! have SocketCAN's (227), which every Wireshark understands. The flags of a packet tell its direction, seen from the host:
-//! outbound is a request, inbound a reply. Times are microseconds since 1970.
+//! outbound is a request, inbound a reply. What a virtual module says by itself is the comment of an empty packet. Times are microseconds since 1970.
 
 use std::io::{self, Write};
 use std::time::Duration;
@@ -16,6 +16,7 @@ const INTERFACE: u32 = 1;
 const PACKET: u32 = 6;
 const MAGIC: u32 = 0x1a2b_3c4d;
 const END_OF_OPTIONS: u16 = 0;
+const COMMENT: u16 = 1;
 const INTERFACE_NAME: u16 = 2;
 const TIME_RESOLUTION: u16 = 9;
 /// The resolution of an interface that names none: 10^-6 s.
@@ -54,9 +55,10 @@ impl<W: Write> PcapngWriter<W> {
     /// # Errors
     /// When it cannot be written.
     pub fn write(&mut self, record: &Record) -> io::Result<()> {
-        let (interface, data) = match &record.packet {
-            Packet::Serial(bytes) => (0_u32, bytes.clone()),
-            Packet::Can(frame) => (1, socketcan(frame)),
+        let (interface, data, comment) = match &record.packet {
+            Packet::Serial(bytes) => (0_u32, bytes.clone(), vec![]),
+            Packet::Can(frame) => (1, socketcan(frame), vec![]),
+            Packet::Notice(text) => (0, vec![], option(COMMENT, text.as_bytes())),
         };
         let us = u64::try_from(record.at.as_micros()).unwrap_or(u64::MAX);
         let len = data.len() as u32;
@@ -67,7 +69,7 @@ impl<W: Write> PcapngWriter<W> {
             Direction::Unknown => 0,
         };
         let head: Vec<u8> = head.iter().flat_map(|word| word.to_le_bytes()).collect();
-        let options = [option(PACKET_FLAGS, &flags.to_le_bytes()), end()].concat();
+        let options = [option(PACKET_FLAGS, &flags.to_le_bytes()), comment, end()].concat();
         self.file.write_all(&block(PACKET, &[head, padded(&data), options].concat()))?;
         self.file.flush()
     }
@@ -185,18 +187,29 @@ impl Reader<'_> {
         let captured = self.word(at + 20)? as usize;
         let start = at + 28;
         let data = self.bytes.get(start..start.checked_add(captured)?.min(at + len))?;
+        let (options, end) = (start + captured.next_multiple_of(4), at + len - 4);
         let packet = match link_type {
+            USER0 if data.is_empty() => {
+                self.notice(options, end).map_or_else(|| Packet::Serial(vec![]), Packet::Notice)
+            }
             USER0 => Packet::Serial(data.to_vec()),
             SOCKETCAN => Packet::Can(frame(data)?),
             _ => return Some(None),
         };
-        let flags = self.option(start + captured.next_multiple_of(4), at + len - 4, PACKET_FLAGS);
+        let flags = self.option(options, end, PACKET_FLAGS);
         let direction = match flags.and_then(|value| self.word(value)).unwrap_or_default() & 3 {
             INBOUND => Direction::Reply,
             OUTBOUND => Direction::Request,
             _ => Direction::Unknown,
         };
         Some(Some(Record { at: time(ticks, resolution), direction, packet }))
+    }
+
+    /// The comment of a packet.
+    fn notice(&self, options: usize, end: usize) -> Option<String> {
+        let value = self.option(options, end, COMMENT)?;
+        let text = self.bytes.get(value..value + usize::from(self.half(value - 2)?))?;
+        Some(String::from_utf8_lossy(text).into_owned())
     }
 
     /// Where the value of an option stands among those from `at` to `end`.

@@ -63,6 +63,7 @@ fn what_is_no_datagram_is_shown_as_it_is() {
         (Packet::Serial(vec![1, 2, 3]), "?     3 bytes: 01 02 03"),
         (Packet::Serial(vec![1, 6, 4, 0, 0, 0, 0, 0, 0]), "> 1   damaged (checksum 0x00, expected 0x0b): 01 06 04"),
         (Packet::Can(Frame::new(0x80, false, &[1]).unwrap()), "?     CAN ID 128: 01"),
+        (Packet::Notice("the search has failed".into()), "!     the search has failed"),
         (Packet::Can(Frame::new(300, false, &[6, 4, 0, 0, 0, 0, 0]).unwrap()), "> 300 GAP 4, 0"),
     ];
     for (packet, expected) in cases {
@@ -115,6 +116,7 @@ fn record() -> impl Strategy<Value = Record> {
     let packet = prop_oneof![
         proptest::collection::vec(any::<u8>(), 0..20).prop_map(Packet::Serial),
         frame.prop_map(|(id, extended, bytes)| Packet::Can(Frame::new(id, extended, &bytes).unwrap())),
+        ".{0,40}".prop_map(Packet::Notice),
     ];
     let direction = prop_oneof![Just(Direction::Request), Just(Direction::Reply), Just(Direction::Unknown)];
     (any::<u32>(), direction, packet).prop_map(|(us, direction, packet)| Record {

@@ -27,7 +27,7 @@ use super::source::Source;
 use super::terminal::Console;
 use super::waiter::{Interest, Waiter};
 use crate::slots::put;
-use crate::{EepromError, Notice, Passed, Rig};
+use crate::{Content, EepromError, Notice, Passed, Rig};
 
 /// While anything moves, virtual time goes on in steps of this much wall time.
 const STEP: Duration = Duration::from_millis(1);
@@ -301,7 +301,11 @@ impl Server {
         for (module, Notice { at_us, text }) in notices {
             let names = self.rig.module_names();
             let name = if names.len() > 1 { format!("{}: ", names[module]) } else { String::new() };
-            let line = format!("{:.3} s: {name}{text}\n", at_us as f64 * 1e-6);
+            let text = name + &text;
+            let line = format!("{:.3} s: {text}\n", at_us as f64 * 1e-6);
+            if let Some(tap) = &mut self.tap.0 {
+                tap(&Passed { at_us, bus: 0, host: 0, from_module: true, what: Content::Notice(text) });
+            }
             match console {
                 Some(console) => console.say(&line),
                 None => drop(io::stderr().write_all(line.as_bytes())),

@@ -372,7 +372,6 @@ impl Axis {
         self.held = false;
         self.part = Part::None;
         self.search = None;
-        self.search_failure = None;
         self.end_torque();
         Ok(())
     }

@@ -17,6 +17,7 @@ use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::drive::axes::{Axes, Events, Motors, Move, axis_index, members, motors};
 use crate::drive::stepper::axis::{Axis, Part};
+use crate::drive::stepper::reference_search::SearchFailure;
 use crate::drive::ticks::Period;
 use crate::module::MAX_AXES;
 use crate::ports::{AxisInputs, Ports, StepperStage, Switches};
@@ -115,6 +116,10 @@ impl<P: Ports<Axis: StepperStage + AxisInputs>> Axes<P> for Steppers {
             if what == Search::START { axis.start_search()? } else { axis.stop_search() }
         }
         Ok(None)
+    }
+
+    fn take_search_failure(&mut self) -> Option<(usize, SearchFailure)> {
+        self.axes.iter_mut().enumerate().find_map(|(index, axis)| Some((index, axis.search_failure.take()?)))
     }
 
     fn coordinate_mut(&mut self, number: u8, index: usize) -> Option<&mut i32> {
