@@ -23,7 +23,7 @@ libfuzzer_sys::fuzz_target!(|data: &[u8]| {
         bench.send(&mut link, keys);
         bench.run_for(2_000);
         while bench.take(&mut link).is_some() {}
-        while bench.take_text(&mut link).is_some() {
+        while bench.take_byte(&mut link).is_some() {
             answered += 1;
         }
     }

@@ -88,5 +88,5 @@ fn send(bench: &mut Bench, link: &mut Link, next: &mut impl FnMut() -> u8) {
     let request = Request { address: 1, instruction: Instruction { opcode, kind, motor, value } };
     bench.send(link, &request.emit());
     while bench.take(link).is_some() {}
-    while bench.take_text(link).is_some() {}
+    while bench.take_byte(link).is_some() {}
 }

@@ -218,7 +218,7 @@ fn characters() -> usize {
         module.transmit(&mut line);
     }
     module.receive(&mut line, black_box(b"A GAP 1, 0\r"));
-    core::iter::from_fn(|| module.transmit_text(&mut line)).count()
+    core::iter::from_fn(|| module.transmit_byte(&mut line)).count()
 }
 
 #[unsafe(no_mangle)]

@@ -11,14 +11,20 @@
 //!   which it comes is the first one after it.
 //! - While samples are taken only questions and INIT are accepted, else the command is not available; so is a start without a
 //!   channel. A source that the module lacks is a wrong type, an axis that it lacks or a channel too many an invalid value.
+//! - A bulk download answers how many samples follow the reply as raw bytes ([`Bulk`]): at most 64, at least one; from an index
+//!   that cannot be read it is an invalid value. It works on USB-like lines; elsewhere the command is not available: on a segment
+//!   another module could take samples for a command, a CAN bus carries commands only, a line in ASCII mode text, and the owner
+//!   of a link may [refuse](Link::refuse_bulk) it.
+//!   A suppressed reply suppresses the samples.
 //!
 //! Without a capture under way nothing here costs time.
 
 use gradus_tmcl::catalogue::Ap;
-use gradus_tmcl::{CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Status};
+use gradus_tmcl::{Bulk, CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Status};
 use heapless::Vec;
 
 use crate::drive::axes::Axes;
+use crate::links::link::{Answer, Link};
 use crate::module::Module;
 use crate::ports::{Io, Ports, Store};
 use crate::program::program::NEVER;
@@ -123,6 +129,13 @@ impl Capture {
         }
         let first = if self.is_triggered() { self.first } else { self.written.wrapping_sub(readable) };
         Ok(self.samples[first.wrapping_add(index) as usize % SAMPLES])
+    }
+
+    /// How many samples a block from an index on has.
+    fn block_len(&self, index: i32) -> Result<i32, Status> {
+        self.sample(index)?;
+        let left = self.readable().saturating_sub(index as u32);
+        Ok(left.min(Bulk::MAX_SAMPLES as u32) as i32)
     }
 
     fn is_triggered(&self) -> bool {
@@ -250,12 +263,16 @@ impl Edge {
 impl<P: Ports, S: Store> Module<P, S> {
     /// # Errors
     /// As the module's documentation says.
-    pub(crate) fn capture(&mut self, instruction: &Instruction) -> Result<i32, Status> {
+    pub(crate) fn capture(&mut self, link: &Link, instruction: &Instruction) -> Result<i32, Status> {
         let Instruction { kind, motor, value, .. } = *instruction;
         match CaptureAction(kind) {
             CaptureAction::INIT => self.capture.reset(),
             CaptureAction::GET_STATE => return Ok(self.capture.state.0.into()),
             CaptureAction::GET_SAMPLE => return self.capture.sample(value),
+            CaptureAction::BULK_DOWNLOAD if link.carries_bulk && !self.speaks_ascii() => {
+                return self.capture.block_len(value);
+            }
+            CaptureAction::BULK_DOWNLOAD => return Err(Status::NOT_AVAILABLE),
             CaptureAction::GET_INFO => return self.capture_info(value),
             CaptureAction::GET_CHANNEL_TYPE => return Ok(self.channel(motor)?.kind.0.into()),
             CaptureAction::GET_CHANNEL_ADDRESS => return Ok(self.channel(motor)?.select),
@@ -264,6 +281,17 @@ impl<P: Ports, S: Store> Module<P, S> {
             action => self.configure_capture(action, motor, value)?,
         }
         Ok(value)
+    }
+
+    /// The samples that follow the answer to a command.
+    pub(crate) fn bulk(&self, instruction: &Instruction, answer: Answer) -> Option<Bulk> {
+        match answer {
+            Answer::Plain(Status::OK, count) if Bulk::is_asked_by(instruction) => {
+                let indices = instruction.value..instruction.value.saturating_add(count);
+                Some(Bulk::new(indices.map_while(|index| self.capture.sample(index).ok())))
+            }
+            _ => None,
+        }
     }
 
     fn configure_capture(&mut self, action: CaptureAction, motor: u8, value: i32) -> Result<(), Status> {

@@ -8,7 +8,7 @@ use gradus_tmcl::catalogue::{Ap, Gp, Mode, Model};
 use gradus_tmcl::{Instruction, MoveKind, Opcode, Search, Status};
 
 use crate::drive::axes::Axes;
-use crate::links::link::Answer;
+use crate::links::link::{Answer, Link};
 use crate::module::Module;
 use crate::ports::{Ports, Store};
 use crate::program::program::State;
@@ -25,7 +25,7 @@ const FIRST_CONTROL: u8 = 128;
 
 impl<P: Ports, S: Store> Module<P, S> {
     /// Answers a command of a host.
-    pub(crate) fn answer(&mut self, link: u32, instruction: &Instruction) -> Answer {
+    pub(crate) fn answer(&mut self, link: &Link, instruction: &Instruction) -> Answer {
         if self.program.downloading && instruction.opcode.0 < FIRST_CONTROL {
             let status = self.download(*instruction);
             return self.plain(instruction.opcode, status, instruction.value);
@@ -51,7 +51,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         if reads || self.globals.get(Gp::SuppressReply) == 0 { Answer::Plain(status, value) } else { Answer::None }
     }
 
-    fn direct(&mut self, link: u32, instruction: &Instruction) -> Result<i32, Status> {
+    fn direct(&mut self, link: &Link, instruction: &Instruction) -> Result<i32, Status> {
         self.in_direct_mode(instruction.opcode)?;
         let value = instruction.value;
         match instruction.opcode {
@@ -82,7 +82,7 @@ impl<P: Ports, S: Store> Module<P, S> {
     }
 
     /// Control commands (TMCM-3351 §3.6.58, BEHAVIOUR 2 and 3).
-    fn control(&mut self, link: u32, instruction: &Instruction) -> Result<i32, Status> {
+    fn control(&mut self, link: &Link, instruction: &Instruction) -> Result<i32, Status> {
         let Instruction { kind, value, .. } = *instruction;
         // The TMCM-351 does not look at the types of 135 and 138 (ERRATA 6).
         let is_older = self.catalogue.model == Model::Tmcm351;
@@ -96,11 +96,11 @@ impl<P: Ports, S: Store> Module<P, S> {
             Opcode::APPLICATION_STATUS if is_older => return Ok((self.program.state as i32) << 24),
             Opcode::APPLICATION_STATUS => return self.program.status(kind),
             Opcode::FIRMWARE_VERSION => return self.firmware_version(kind),
-            Opcode::POSITION_EVENT if is_older => self.request_event(link, EVERY_MOVE, value)?,
-            Opcode::POSITION_EVENT => self.request_event(link, kind, value)?,
+            Opcode::POSITION_EVENT if is_older => self.request_event(link.id, EVERY_MOVE, value)?,
+            Opcode::POSITION_EVENT => self.request_event(link.id, kind, value)?,
             Opcode::ASCII_MODE => self.enter_ascii()?,
             Opcode::BREAKPOINT => return self.program.breakpoint(kind, value),
-            Opcode::CAPTURE => return self.capture(instruction),
+            Opcode::CAPTURE => return self.capture(link, instruction),
             Opcode::WRITE_REGISTER => {
                 self.axes.write_register(instruction.motor, kind, value, &mut self.ports)?;
                 self.wake_axes();

@@ -269,7 +269,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 // Links.
 impl<P: Ports, S: Store> Module<P, S> {
     /// Takes bytes from a serial line, in any portions; gives back how many it has taken. It takes fewer while replies wait:
-    /// call [`transmit`](Self::transmit) and [`transmit_text`](Self::transmit_text), then give it the rest.
+    /// call [`transmit`](Self::transmit) and [`transmit_byte`](Self::transmit_byte), then give it the rest.
     pub fn receive(&mut self, link: &mut Link, bytes: &[u8]) -> usize {
         for (taken, byte) in bytes.iter().enumerate() {
             let ascii = self.speaks_ascii();
@@ -297,6 +297,9 @@ impl<P: Ports, S: Store> Module<P, S> {
         };
         if let Some(reply) = serial_answer(answer, &instruction, addresses) {
             link.send(Telegram::Serial(reply), at_us);
+            if let Some(block) = self.bulk(&instruction, answer) {
+                link.say(block.bytes(), at_us);
+            }
         }
     }
 
@@ -319,7 +322,7 @@ impl<P: Ports, S: Store> Module<P, S> {
 
     pub(crate) fn obey(&mut self, link: &Link, instruction: &Instruction) -> Answer {
         self.heartbeats.beat(link.kind, self.now);
-        self.answer(link.id, instruction)
+        self.answer(link, instruction)
     }
 
     /// The next reply or event of a serial line that may go out now.
@@ -331,9 +334,10 @@ impl<P: Ports, S: Store> Module<P, S> {
         Some(event.emit())
     }
 
-    /// The next character of the ASCII interface that may go out now: echo and replies.
-    pub fn transmit_text(&mut self, link: &mut Link) -> Option<u8> {
-        link.take_text(self.now)
+    /// The next byte besides datagrams that may go out now: echo and replies of the ASCII interface, and samples of a bulk
+    /// download, once the reply that announces them has gone.
+    pub fn transmit_byte(&mut self, link: &mut Link) -> Option<u8> {
+        link.take_byte(self.now)
     }
 
     /// The next reply or event of a CAN bus that may go out now.

@@ -1,12 +1,16 @@
 //! One request and its answer; sent again after a failure on the way, if that is allowed.
 
 use gradus_tmcl::catalogue::Impact;
-use gradus_tmcl::{Instruction, Opcode, Reply, Status};
+use gradus_tmcl::{Bulk, Instruction, Opcode, Reply, Status};
 
 use crate::line::downloads::is_control;
 use crate::line::wire::{Exchange, Wire};
 use crate::verdict::{Form, Verdict, form, judge};
 use crate::{Error, Heard, Session};
+
+/// Why a session asks for no bulk download.
+const NO_BULK: &str =
+    "raw bytes behind the reply would put the line out of step; ask for one sample after the other (type 9)";
 
 impl Session {
     /// A request and its answer, sent again after a failure on the way if that is allowed.
@@ -47,10 +51,11 @@ impl Session {
     }
 
     /// A stop stops: motors cannot be stopped while the module stores what it is sent, so another session's download is ended
-    /// before. Whatever else would go into that program is refused.
+    /// before. Whatever else would go into that program is refused, and so is what no session can receive.
     fn clear_way(&mut self, wire: &mut Wire, request: Instruction) -> Result<(), Error> {
         let module = self.number_of_module();
-        if let Some(reason) = wire.downloads.refusal(module, self.number, request.opcode) {
+        let bulk = Bulk::is_asked_by(&request).then_some(NO_BULK);
+        if let Some(reason) = bulk.or_else(|| wire.downloads.refusal(module, self.number, request.opcode)) {
             let (request, reason) = (self.text(request), reason.into());
             return Err(Error::Refused { request, status: Status::NOT_AVAILABLE, reason });
         }

@@ -36,8 +36,8 @@ impl SimStream {
         while let Some(bytes) = self.bench.take(&mut self.line) {
             self.pending.extend(bytes);
         }
-        while let Some(character) = self.bench.take_text(&mut self.line) {
-            self.pending.push_back(character);
+        while let Some(byte) = self.bench.take_byte(&mut self.line) {
+            self.pending.push_back(byte);
         }
     }
 

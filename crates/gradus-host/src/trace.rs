@@ -30,7 +30,8 @@ pub enum Direction {
 /// What passes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Packet {
-    /// Bytes on a serial line; nine are a datagram, fewer what is left of one.
+    /// Bytes on a serial line; nine are a datagram, fewer what is left of one or text, more samples of a
+    /// bulk download or text.
     Serial(Vec<u8>),
     /// A frame on a CAN bus.
     Can(Frame),

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use gradus_host::{Address, Broker, Error, LatchRequest, Line, News, Rights, Session, Url};
 use gradus_tmcl::catalogue::TMCM_3351;
-use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
+use gradus_tmcl::{CaptureAction, Instruction, Opcode, Reply, Request, Status};
 
 /// A module behind a TCP port, until its owner pulls the plug. It answers a GAP with the parameter's number.
 struct Module {
@@ -164,6 +164,25 @@ fn more_clients_than_there_may_be_are_told_of_and_not_let_in() {
     drop(one);
     served.wait_for("went: 1 requests, 1 answers");
     assert_eq!(ask(&mut served.connect(), gap(7)).unwrap().value, 7);
+    served.end();
+}
+
+/// The module would answer it: the refusal is the broker's.
+#[test]
+fn a_bulk_download_is_refused_on_a_shared_line() {
+    let module = Module::new();
+    let plug = module.plug_in();
+    let served = Served::new(&module, 10);
+    let _line = plug.join().unwrap();
+    let bulk = Instruction::new(Opcode::CAPTURE, CaptureAction::BULK_DOWNLOAD.0, 0, 7);
+    let mut client = served.connect();
+    let reply = ask(&mut client, bulk).unwrap();
+    assert_eq!((reply.status, reply.value), (Status::NOT_AVAILABLE, 7));
+    let sample = Instruction::new(Opcode::CAPTURE, CaptureAction::GET_SAMPLE.0, 0, 7);
+    assert_eq!(ask(&mut client, sample).unwrap().status, Status::OK);
+    let mut session = Session::open(&"sim:tmcm-1617".parse().unwrap()).unwrap();
+    let error = session.command(bulk).unwrap_err();
+    assert!(error.to_string().contains("one sample after the other"), "{error}");
     served.end();
 }
 

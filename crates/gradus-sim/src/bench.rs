@@ -207,11 +207,12 @@ impl Bench {
         self.running()?.transmit(link)
     }
 
-    /// The next character of the ASCII interface for the client that may go over the line at this moment.
+    /// The next byte besides datagrams for the client that may go over the line at this moment: text of the ASCII interface, or
+    /// samples of a bulk download.
     #[inline]
-    pub fn take_text(&mut self, link: &mut Link) -> Option<u8> {
+    pub fn take_byte(&mut self, link: &mut Link) -> Option<u8> {
         match &mut self.board {
-            Board::On { firmware, .. } => firmware.transmit_text(link),
+            Board::On { firmware, .. } => firmware.transmit_byte(link),
             Board::Off(_) => None,
         }
     }

@@ -70,10 +70,10 @@ impl Firmware {
         either!(self, module => module.receive_frame(link, frame));
     }
 
-    /// As [`Module::transmit_text`].
+    /// As [`Module::transmit_byte`].
     #[inline]
-    pub fn transmit_text(&mut self, link: &mut Link) -> Option<u8> {
-        either!(self, module => module.transmit_text(link))
+    pub fn transmit_byte(&mut self, link: &mut Link) -> Option<u8> {
+        either!(self, module => module.transmit_byte(link))
     }
 
     /// As [`Module::transmit_frame`].

@@ -22,6 +22,8 @@ pub struct Passed {
 pub enum Content {
     /// Bytes on a serial line, in whatever pieces.
     Bytes(Vec<u8>),
+    /// What a module says on a serial line besides datagrams, in one piece: text, or the samples of a bulk download.
+    Loose(Vec<u8>),
     /// A CAN frame.
     Frame(Frame),
     /// Nothing on the bus: what a module's bench has to say by itself, see [`Notice`](crate::Notice).

@@ -230,6 +230,13 @@ impl Rig {
         HostId { bus, host }
     }
 
+    /// Refuses a host bulk downloads: it takes nothing but datagrams.
+    pub(crate) fn refuse_bulk(&mut self, host: HostId) {
+        if let Wires::Serial(segment) = &mut self.buses[host.bus].wires {
+            segment.refuse_bulk(host.host);
+        }
+    }
+
     /// Takes a host away.
     pub fn detach(&mut self, host: HostId) {
         match &mut self.buses[host.bus].wires {

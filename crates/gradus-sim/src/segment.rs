@@ -10,6 +10,7 @@
 //! command, even if the host address (global parameter 76) is its own address. The manuals are silent on both.
 
 use std::collections::VecDeque;
+use std::iter::from_fn;
 
 use gradus_firmware::{Link, LinkKind};
 
@@ -172,6 +173,11 @@ impl Segment {
         }
     }
 
+    /// The host takes nothing but datagrams.
+    pub(crate) fn refuse_bulk(&mut self, host: usize) {
+        self.hosts[host].iter_mut().flat_map(|host| &mut host.links).for_each(Link::refuse_bulk);
+    }
+
     pub(crate) fn change(&mut self, now_us: u64, change: BusChange) {
         match change {
             BusChange::Cut(cut) => self.cut = cut,
@@ -281,11 +287,11 @@ impl Segment {
                 self.log.add(now_us, index, true, || Content::Bytes(telegram.to_vec()));
                 self.reply(now_us, place, index, &telegram);
             }
-            while let Some(link) = self.hosts[index].as_mut().map(|host| &mut host.links[place])
-                && let Some(character) = bench.take_text(link)
-            {
-                self.log.add(now_us, index, true, || Content::Bytes(vec![character]));
-                self.reply(now_us, place, index, &[character]);
+            let link = self.hosts[index].as_mut().map(|host| &mut host.links[place]);
+            let loose = link.map(|link| from_fn(|| bench.take_byte(link)).collect::<Vec<u8>>()).unwrap_or_default();
+            if !loose.is_empty() {
+                loose.iter().for_each(|byte| self.reply(now_us, place, index, &[*byte]));
+                self.log.add(now_us, index, true, || Content::Loose(loose));
             }
         }
     }

@@ -12,7 +12,9 @@ use std::time::{Duration, Instant};
 
 use gradus_sim::{Bench, Console, Eeprom, Endpoint, Machine, Options, ServeError, Server, Speed, Stopper};
 use gradus_tmcl::catalogue::{TMCM_351, TMCM_3351};
-use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
+use gradus_tmcl::{
+    Bulk, CaptureAction, CaptureSource, CaptureState, CaptureTrigger, Instruction, Opcode, Reply, Request, Status,
+};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 /// Long enough for the slowest computer, short enough to notice.
@@ -125,6 +127,38 @@ fn hosts_on_tcp_and_terminal_are_answered() {
         assert_eq!(ask(&mut served.pty(), Opcode::GGP, 9, 2, 0), value);
     }
     served.stop().unwrap();
+}
+
+#[test]
+fn samples_of_a_bulk_download_come_behind_their_reply() {
+    let served = Served::real_time();
+    let mut host = served.tcp();
+    let mut capture = |action: CaptureAction, motor, value| ask(&mut host, Opcode::CAPTURE, action.0, motor, value);
+    capture(CaptureAction::SET_LENGTH, 0, 40);
+    capture(CaptureAction::SET_CHANNEL, CaptureSource::TIME.0, 0);
+    capture(CaptureAction::ENABLE_TRIGGER, CaptureTrigger::UNCONDITIONAL.0, 0);
+    wait_until("the samples", || capture(CaptureAction::GET_STATE, 0, 0) == CaptureState::COMPLETE.0.into());
+    let samples: Vec<i32> = (0..40).map(|index| capture(CaptureAction::GET_SAMPLE, 0, index)).collect();
+    let mut host = served.pty();
+    for (index, count) in [(0, 40), (30, 10)] {
+        assert_eq!(ask(&mut host, Opcode::CAPTURE, CaptureAction::BULK_DOWNLOAD.0, 0, index), count);
+        let expected = Bulk::new(samples[index as usize..].iter().copied());
+        let mut bytes = vec![0; expected.bytes().len()];
+        host.read_exact(&mut bytes).unwrap();
+        assert_eq!(bytes, expected.bytes(), "from {index}");
+    }
+    assert_eq!(ask(&mut host, Opcode::SGP, 9, 2, 7), 7, "and the line is in step");
+}
+
+#[test]
+fn a_bulk_download_is_refused_on_tcp() {
+    let served = Served::real_time();
+    let mut host = served.tcp();
+    ask(&mut host, Opcode::CAPTURE, CaptureAction::SET_CHANNEL.0, CaptureSource::TIME.0, 0);
+    ask(&mut host, Opcode::CAPTURE, CaptureAction::SET_LENGTH.0, 0, 1);
+    ask(&mut host, Opcode::CAPTURE, CaptureAction::ENABLE_TRIGGER.0, 0, 0);
+    host.write_all(&datagram(Opcode::CAPTURE, CaptureAction::BULK_DOWNLOAD.0, 0, 0)).unwrap();
+    assert_eq!(reply(&mut host).status, Status::NOT_AVAILABLE);
 }
 
 /// What comes up to the second CR, which ends the reply after the echo.

@@ -10,6 +10,7 @@
 #![cfg_attr(not(test), deny(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 pub mod ascii;
+mod bulk;
 pub mod can;
 pub mod catalogue;
 mod datagram;
@@ -20,6 +21,7 @@ pub mod slcan;
 mod status;
 mod text;
 
+pub use bulk::Bulk;
 pub use datagram::{ChecksumError, Reply, Request, checksum};
 pub use framer::Framer;
 pub use instruction::{Instruction, Opcode};

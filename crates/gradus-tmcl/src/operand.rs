@@ -114,6 +114,8 @@ numbers! {
         SET_PRETRIGGER = 13,
         /// Answers them.
         GET_PRETRIGGER = 14,
+        /// Answers how many samples from that index on follow as raw bytes, see [`Bulk`](crate::Bulk).
+        BULK_DOWNLOAD = 22,
     }
 }
 

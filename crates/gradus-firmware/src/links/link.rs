@@ -1,7 +1,7 @@
 //! A host's end of the line: framing of what comes, waiting of what goes.
 
 use gradus_tmcl::ascii::{CR, Editor, MAX_LINE};
-use gradus_tmcl::{Framer, Instruction, Reply, Status, can};
+use gradus_tmcl::{Bulk, Framer, Instruction, Reply, Status, can};
 use heapless::Deque;
 
 /// What kind of line it is (BEHAVIOUR: USB-like, RS-485-like, CAN).
@@ -15,21 +15,23 @@ pub enum LinkKind {
     Can,
 }
 
-/// Characters that a line of the ASCII interface makes at once: its echo and its reply.
-const MAX_TEXT: usize = MAX_LINE + 32;
+/// Bytes besides datagrams that come at once: a line of the ASCII interface makes an echo and a reply, a bulk download a block.
+const MAX_BYTES: usize = if Bulk::MAX_LEN > MAX_LINE + 32 { Bulk::MAX_LEN } else { MAX_LINE + 32 };
 
 /// One client of a module. The caller owns it, one for each client, and gives it to every call.
 #[derive(Clone, Debug)]
 pub struct Link {
     pub(crate) id: u32,
     pub(crate) kind: LinkKind,
+    /// Samples may follow a reply as raw bytes.
+    pub(crate) carries_bulk: bool,
     pub(crate) framer: Framer,
     /// The line of the ASCII interface that is being typed.
     pub(crate) editor: Editor,
     outgoing: Deque<Outgoing, 4>,
-    /// What the ASCII interface has to say, and when. While there is some, no datagram waits.
-    text: Deque<u8, MAX_TEXT>,
-    text_at_us: u64,
+    /// Text of the ASCII interface, or the samples behind a reply, and when they go out: after the datagrams.
+    bytes: Deque<u8, MAX_BYTES>,
+    bytes_at_us: u64,
     /// The CAN frame of the latest command 138: events are answers to it.
     pub(crate) event_request: Option<can::Frame>,
 }
@@ -68,19 +70,25 @@ impl Link {
         Self {
             id,
             kind,
+            carries_bulk: kind == LinkKind::Usb,
             framer: Framer::new(gap_us),
             editor: Editor::new(),
             outgoing: Deque::new(),
-            text: Deque::new(),
-            text_at_us: 0,
+            bytes: Deque::new(),
+            bytes_at_us: 0,
             event_request: None,
         }
     }
 
+    /// Refuses bulk downloads from now on: for hosts that take nothing but datagrams.
+    pub fn refuse_bulk(&mut self) {
+        self.carries_bulk = false;
+    }
+
     /// When the next waiting reply may go out, if one waits.
     pub fn ready_at(&self) -> Option<u64> {
-        let text = (!self.text.is_empty()).then_some(self.text_at_us);
-        self.outgoing.front().map(|reply| reply.not_before_us).or(text)
+        let bytes = (!self.bytes.is_empty()).then_some(self.bytes_at_us);
+        self.outgoing.front().map(|reply| reply.not_before_us).or(bytes)
     }
 
     /// Throws the beginning of a datagram away.
@@ -88,9 +96,10 @@ impl Link {
         self.framer.reset();
     }
 
-    /// True when what waits must go out first: four datagrams, or anything of the other form, so that nothing overtakes.
+    /// True when what waits must go out first: four datagrams, bytes that are none, and before text any
+    /// datagram, so that nothing overtakes.
     pub(crate) fn is_full(&self, ascii: bool) -> bool {
-        !self.text.is_empty() || if ascii { !self.outgoing.is_empty() } else { self.outgoing.is_full() }
+        !self.bytes.is_empty() || if ascii { !self.outgoing.is_empty() } else { self.outgoing.is_full() }
     }
 
     pub(crate) fn send(&mut self, telegram: Telegram, not_before_us: u64) {
@@ -98,24 +107,25 @@ impl Link {
         let _ = self.outgoing.push_back(Outgoing { not_before_us, telegram });
     }
 
-    /// Text for the host. There is room for what one character sets off, and no next one is taken before it has gone.
-    pub(crate) fn say(&mut self, text: &[u8], not_before_us: u64) {
-        self.text_at_us = not_before_us;
-        for byte in text {
-            let _ = self.text.push_back(*byte);
+    /// Bytes for the host. There is room for what one character or datagram sets off, and no next one is taken before it has gone.
+    pub(crate) fn say(&mut self, bytes: &[u8], not_before_us: u64) {
+        self.bytes_at_us = not_before_us;
+        for byte in bytes {
+            let _ = self.bytes.push_back(*byte);
         }
     }
 
     /// Gives the line that has been typed back.
     pub(crate) fn echo_line(&mut self, not_before_us: u64) {
-        self.text_at_us = not_before_us;
+        self.bytes_at_us = not_before_us;
         for byte in self.editor.line().iter().chain(&[CR]) {
-            let _ = self.text.push_back(*byte);
+            let _ = self.bytes.push_back(*byte);
         }
     }
 
-    pub(crate) fn take_text(&mut self, now: u64) -> Option<u8> {
-        if self.text_at_us > now { None } else { self.text.pop_front() }
+    pub(crate) fn take_byte(&mut self, now: u64) -> Option<u8> {
+        let waits = !self.outgoing.is_empty() || self.bytes_at_us > now;
+        if waits { None } else { self.bytes.pop_front() }
     }
 
     pub(crate) fn take(&mut self, now: u64) -> Option<Telegram> {

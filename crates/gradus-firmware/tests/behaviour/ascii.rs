@@ -71,7 +71,7 @@ impl Terminal {
         loop {
             let taken = self.module.receive(&mut self.link, rest);
             rest = &rest[taken..];
-            heard.extend(core::iter::from_fn(|| self.module.transmit_text(&mut self.link)));
+            heard.extend(core::iter::from_fn(|| self.module.transmit_byte(&mut self.link)));
             if rest.is_empty() {
                 return heard
                     .into_iter()
@@ -108,7 +108,7 @@ fn text_and_datagrams_in_one_stream_stay_in_order() {
         if let Some(datagram) = terminal.module.transmit(&mut terminal.link) {
             heard.push(format!("{} {}", datagram[2], datagram[3]));
         }
-        let text: Vec<u8> = core::iter::from_fn(|| terminal.module.transmit_text(&mut terminal.link)).collect();
+        let text: Vec<u8> = core::iter::from_fn(|| terminal.module.transmit_byte(&mut terminal.link)).collect();
         heard.push(String::from_utf8(text).unwrap());
     }
     heard.retain(|heard| !heard.is_empty());
@@ -257,7 +257,7 @@ proptest! {
         while !rest.is_empty() {
             let taken = terminal.module.receive(&mut terminal.link, rest);
             rest = &rest[taken..];
-            while terminal.module.transmit_text(&mut terminal.link).is_some() {}
+            while terminal.module.transmit_byte(&mut terminal.link).is_some() {}
         }
         prop_assert!(terminal.types("\rAGAP 6, 0\r").ends_with("BA 100 255."));
     }

@@ -1,9 +1,12 @@
 //! Capture (command 142), as PyTrinamic's data logger uses it.
 
+use gradus_firmware::{Link, LinkKind};
 use gradus_tmcl::catalogue::Ap;
-use gradus_tmcl::{CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Opcode};
+use gradus_tmcl::{
+    Bulk, CaptureAction, CaptureInfo, CaptureSource, CaptureState, CaptureTrigger, Instruction, Opcode, Reply,
+};
 
-use crate::support::Bench;
+use crate::support::{Bench, frame, request};
 
 /// Microseconds between two samples at the base rate.
 const PERIOD_US: u64 = 500;
@@ -25,10 +28,35 @@ impl Bench {
         CaptureState(self.capture(CaptureAction::GET_STATE, 0, 0).1 as u8)
     }
 
+    /// Asks for samples from an index on, and gives back status and value of the reply and the bytes behind it.
+    fn bulk(&mut self, index: i32) -> (u8, i32, Vec<u8>) {
+        let asked = request(bulk_download(index)).emit();
+        assert_eq!(self.module.receive(&mut self.link, &asked), asked.len());
+        assert_eq!(self.module.transmit_byte(&mut self.link), None, "nothing overtakes the reply");
+        let reply = self.module.transmit(&mut self.link).and_then(|bytes| Reply::parse(&bytes).ok()).unwrap();
+        let taken = self.module.receive(&mut self.link, &asked);
+        let bytes: Vec<u8> = core::iter::from_fn(|| self.module.transmit_byte(&mut self.link)).collect();
+        assert_eq!(taken == 0, !bytes.is_empty(), "the next command waits until the samples have gone");
+        self.drain();
+        (reply.status.0, reply.value, bytes)
+    }
+
     fn captured(&mut self) -> Vec<i32> {
         let count = self.capture(CaptureAction::GET_INFO, 0, CaptureInfo::CAPTURED.0.into()).1;
         (0..count).map(|index| self.capture(CaptureAction::GET_SAMPLE, 0, index)).map(|(_, sample)| sample).collect()
     }
+}
+
+fn bulk_download(index: i32) -> Instruction {
+    Instruction::new(Opcode::CAPTURE, CaptureAction::BULK_DOWNLOAD.0, 0, index)
+}
+
+/// A bench that has captured so many samples: 0, 1, 2, ...
+fn captured_bench(count: i32) -> Bench {
+    let mut bench = variable_bench(count, 0);
+    bench.set_capture(CaptureAction::ENABLE_TRIGGER, CaptureTrigger::UNCONDITIONAL.0, 0);
+    feed(&mut bench, 0..count);
+    bench
 }
 
 /// A bench that will sample user variable 0.
@@ -193,7 +221,7 @@ fn what_cannot_be_captured_is_refused() {
     use CaptureAction as A;
     let cases = [
         (A(15), 0, 1000, 3, "process frequency"),
-        (A(22), 0, 0, 3, "bulk download"),
+        (A::BULK_DOWNLOAD, 0, 0, 4, "a bulk download of nothing"),
         (A::SET_CHANNEL, 1, 10_000, 3, "parameter number of more than a byte"),
         (A::SET_CHANNEL, 1, 30, 3, "axis parameter"),
         (A::SET_CHANNEL, 1, 3 << 24 | 1, 4, "axis"),
@@ -235,4 +263,67 @@ fn reset_ends_a_capture() {
     assert_eq!(bench.control(255, 0, 1234).0, 100);
     bench.advance_ms(10);
     assert_eq!((bench.capture_state(), bench.captured()), (CaptureState::IDLE, vec![]));
+}
+
+#[test]
+fn a_bulk_download_sends_samples_behind_its_reply() {
+    let mut bench = captured_bench(150);
+    for (index, count) in [(0, 64), (64, 64), (128, 22), (149, 1)] {
+        let (status, value, bytes) = bench.bulk(index);
+        assert_eq!((status, value), (100, count), "from {index}");
+        assert_eq!(bytes, Bulk::new(index..index + count).bytes(), "from {index}");
+    }
+    for index in [150, -1, i32::MAX, i32::MIN] {
+        assert_eq!(bench.bulk(index), (4, index, vec![]), "there is no sample {index}");
+    }
+}
+
+#[test]
+fn samples_of_a_bulk_download_are_as_they_were_when_it_was_answered() {
+    let mut bench = captured_bench(70);
+    bench.module.receive(&mut bench.link, &request(bulk_download(10)).emit());
+    let mut other = Link::new(2, LinkKind::Usb, 0);
+    let init = Instruction::new(Opcode::CAPTURE, CaptureAction::INIT.0, 0, 0);
+    assert_eq!(bench.module.receive(&mut other, &request(init).emit()), 9);
+    bench.advance_ms(1);
+    assert_eq!(bench.drain().len(), 1);
+    let bytes: Vec<u8> = core::iter::from_fn(|| bench.module.transmit_byte(&mut bench.link)).collect();
+    assert_eq!(bytes, Bulk::new(10..70).bytes());
+}
+
+#[test]
+fn an_event_waits_until_the_samples_have_gone() {
+    let mut bench = captured_bench(20);
+    bench.all("SAP 4, 0, 200000; SAP 5, 0, 1000000");
+    bench.control(138, 0, 1);
+    bench.ask("MVP ABS, 0, 100");
+    bench.module.receive(&mut bench.link, &request(bulk_download(0)).emit());
+    bench.advance_ms(1000);
+    assert_eq!(bench.drain().len(), 1, "the reply");
+    assert_eq!(bench.drain().len(), 0, "no event among the samples");
+    assert_eq!(core::iter::from_fn(|| bench.module.transmit_byte(&mut bench.link)).count(), 84);
+    assert_eq!(bench.drain().len(), 1, "the event");
+}
+
+#[test]
+fn lines_that_carry_no_raw_bytes_refuse_a_bulk_download() {
+    let mut bench = captured_bench(20);
+    let mut segment = Link::new(2, LinkKind::Rs485, 0);
+    bench.module.receive(&mut segment, &request(bulk_download(0)).emit());
+    bench.advance_ms(100);
+    let reply = bench.module.transmit(&mut segment).and_then(|bytes| Reply::parse(&bytes).ok()).unwrap();
+    assert_eq!((reply.status.0, reply.value), (6, 0));
+    assert_eq!(bench.module.transmit_byte(&mut segment), None);
+    let mut bus = Link::new(3, LinkKind::Can, 0);
+    bench.module.receive_frame(&mut bus, &frame(1, false, bulk_download(0), 7));
+    assert_eq!(bench.module.transmit_frame(&mut bus).unwrap().data()[1], 6);
+    assert_eq!(bench.module.transmit_byte(&mut bus), None);
+}
+
+#[test]
+fn a_suppressed_reply_suppresses_the_samples() {
+    let mut bench = captured_bench(20);
+    bench.raw(&request(Instruction::parse("SGP 255, 0, 1", bench.module.catalogue()).unwrap()).emit());
+    bench.module.receive(&mut bench.link, &request(bulk_download(0)).emit());
+    assert_eq!((bench.drain().len(), bench.module.transmit_byte(&mut bench.link)), (0, None));
 }

@@ -307,7 +307,7 @@ impl Bench {
 
     /// Everything that the ASCII interface has to say now.
     pub fn text(&mut self) -> String {
-        core::iter::from_fn(|| self.module.transmit_text(&mut self.link)).map(char::from).collect()
+        core::iter::from_fn(|| self.module.transmit_byte(&mut self.link)).map(char::from).collect()
     }
 
     /// The reply to an instruction, if there is one.

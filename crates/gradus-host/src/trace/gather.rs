@@ -32,6 +32,7 @@ impl Gatherer {
         match &passed.what {
             Content::Frame(frame) => sink(&Record { at, direction, packet: Packet::Can(*frame) }),
             Content::Notice(text) => sink(&Record { at, direction, packet: Packet::Notice(text.clone()) }),
+            Content::Loose(bytes) => sink(&Record { at, direction, packet: Packet::Serial(bytes.clone()) }),
             Content::Bytes(bytes) => {
                 let key = (passed.bus, passed.host, passed.from_module);
                 let framer = self.framers.entry(key).or_insert_with(|| Framer::new(GAP_US));
@@ -46,5 +47,27 @@ impl Gatherer {
 impl Default for Gatherer {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_datagram_does_not_put_what_follows_out_of_step() {
+        let nine = |first| (first..first + 9).collect::<Vec<u8>>();
+        let passed = [
+            Content::Bytes(nine(0)[..4].to_vec()),
+            Content::Bytes(nine(0)[4..].to_vec()),
+            Content::Loose(vec![0x55; 84]),
+            Content::Bytes(nine(9)),
+        ];
+        let (mut gatherer, mut packets) = (Gatherer::new(), Vec::new());
+        for what in passed {
+            let passed = Passed { at_us: 0, bus: 0, host: 0, from_module: true, what };
+            gatherer.take(&passed, |record| packets.push(record.packet.clone()));
+        }
+        assert_eq!(packets, [nine(0), vec![0x55; 84], nine(9)].map(Packet::Serial));
     }
 }

@@ -66,6 +66,10 @@ impl Line {
         let mut outbox = Vec::with_capacity(OUTBOX_BUSY);
         outbox.extend_from_slice(protocol.greeting());
         let host = rig.attach(bus);
+        if matches!(carrier, Carrier::Tcp(_)) {
+            // PyTrinamic takes raw bytes behind a reply from serial ports only, and fails on a socket that offers them.
+            rig.refuse_bulk(host);
+        }
         Self { carrier, bus, host, protocol, outbox, heard: None, closed: false, awaited: Interest::READ }
     }
 
