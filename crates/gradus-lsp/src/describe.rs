@@ -27,6 +27,9 @@ pub fn command(row: &Command, module: &Module) -> String {
     if let Some(flags) = flags(row.opcode) {
         let _ = write!(text, " {flags}");
     }
+    if let Some((major, minor)) = row.since {
+        let _ = write!(text, " Since firmware {major}.{minor:02}.");
+    }
     let has = MODULES.iter().filter(|other| other.mode(row.opcode) != Mode::None).map(|other| other.name);
     let _ = write!(text, "\n\nModules: {}.", has.collect::<Vec<_>>().join(", "));
     text

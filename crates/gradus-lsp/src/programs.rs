@@ -8,7 +8,8 @@ use lsp_server::{Message, Notification};
 use serde_json::Value;
 
 use crate::analysis::Analysis;
-use crate::convert::{self, Client, View};
+use crate::convert::read::Client;
+use crate::convert::view::{self, View};
 use crate::documents::{Change, Documents};
 use crate::symbols::is_file;
 use crate::uri;
@@ -196,7 +197,7 @@ impl Programs {
     fn publication(&mut self, path: PathBuf, diagnostics: Vec<Value>) -> Message {
         let document = self.documents.get(&path);
         let uri = document.map_or_else(|| uri::from_path(&path), |document| document.uri.clone());
-        let params = convert::publication(uri, document.map(|document| document.version), diagnostics);
+        let params = view::publication(uri, document.map(|document| document.version), diagnostics);
         self.published.insert(path);
         Notification { method: "textDocument/publishDiagnostics".to_owned(), params }.into()
     }

@@ -5,7 +5,8 @@ use lsp_server::ErrorCode;
 use serde_json::{Value, json};
 
 use crate::analysis::Analysis;
-use crate::convert::{self, Position, View};
+use crate::convert::read::{self, Position};
+use crate::convert::view::{self, View};
 use crate::hints::HintSettings;
 use crate::programs::Programs;
 use crate::refusal::Refusal;
@@ -63,7 +64,7 @@ fn at(
     params: Value,
     work: impl FnOnce(View<'_>, usize, usize) -> Option<Value>,
 ) -> Result<Value, Refusal> {
-    let Position { uri, place } = convert::position(params)?;
+    let Position { uri, place } = read::position(params)?;
     Ok(about(programs, &uri, |view, source| {
         let offset = view.offset(source, place);
         work(view, source, offset)
@@ -97,7 +98,7 @@ fn completion(programs: &mut Programs, params: Value) -> Result<Value, Refusal> 
 fn signature_help(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     at(programs, params, |view, source, offset| {
         let signature = signature::signature(view.analysis, line_before(view.analysis, source, offset))?;
-        Some(convert::signature(&signature))
+        Some(view::signature(&signature))
     })
 }
 
@@ -110,7 +111,7 @@ fn definition(programs: &mut Programs, params: Value) -> Result<Value, Refusal> 
 }
 
 fn references(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let with_definition = convert::includes_declaration(&params);
+    let with_definition = read::includes_declaration(&params);
     at(programs, params, |view, source, offset| {
         let name = view.analysis.name_at(source, offset)?;
         let in_files = symbols::places(view.analysis, name, with_definition).into_iter();
@@ -136,7 +137,7 @@ fn prepare_rename(programs: &mut Programs, params: Value) -> Result<Value, Refus
 }
 
 fn rename(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let new = convert::new_name(&params)?;
+    let new = read::new_name(&params)?;
     let mut refusal = None;
     let edit = at(programs, params, |view, source, offset| {
         let name =
@@ -154,12 +155,12 @@ fn rename(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
 
 fn document_symbols(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let nested = programs.client.nested_symbols;
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| Some(view.outline(&symbols::outline(view.analysis, source), nested))))
 }
 
 fn workspace_symbols(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let query = convert::query(params)?;
+    let query = read::query(params)?;
     let encoding = programs.client.encoding;
     let mut found: Vec<Value> = Vec::new();
     for analysis in programs.all() {
@@ -175,7 +176,7 @@ fn workspace_symbols(programs: &mut Programs, params: Value) -> Result<Value, Re
 }
 
 fn folding_ranges(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| {
         let folds = symbols::folds(view.analysis, source);
         Some(folds.iter().map(|fold| view.fold(fold)).collect())
@@ -183,12 +184,12 @@ fn folding_ranges(programs: &mut Programs, params: Value) -> Result<Value, Refus
 }
 
 fn formatting(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| Some(formatted(view, source, None))))
 }
 
 fn range_formatting(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let (uri, start, end) = convert::range(params)?;
+    let (uri, start, end) = read::range(params)?;
     Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         Some(formatted(view, source, Some(span)))
@@ -207,24 +208,18 @@ fn formatted(view: View<'_>, source: usize, within: Option<Span>) -> Value {
 }
 
 fn code_actions(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let only = convert::only(&params);
-    let (uri, start, end) = convert::range(params)?;
+    let only = read::only(&params);
+    let (uri, start, end) = read::range(params)?;
     Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         let actions = actions::actions(view.analysis, span);
-        Some(
-            actions
-                .iter()
-                .map(|action| view.action(action))
-                .filter(|action| convert::is_wanted(action, &only))
-                .collect(),
-        )
+        Some(actions.iter().map(|action| view.action(action)).filter(|action| read::is_wanted(action, &only)).collect())
     }))
 }
 
 fn inlay_hints(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let settings = HintSettings { addresses: programs.client.addresses };
-    let (uri, start, end) = convert::range(params)?;
+    let (uri, start, end) = read::range(params)?;
     Ok(about(programs, &uri, |view, source| {
         let span = Span { source, start: view.offset(source, start), end: view.offset(source, end) };
         let found = hints::inlay_hints(view.analysis, span, settings);
@@ -234,7 +229,7 @@ fn inlay_hints(programs: &mut Programs, params: Value) -> Result<Value, Refusal>
 
 fn code_lenses(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
     let enabled = programs.client.lenses;
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| {
         let lenses = if enabled { hints::lenses(view.analysis, source) } else { Vec::new() };
         Some(lenses.iter().map(|lens| view.lens(lens)).collect())
@@ -242,7 +237,7 @@ fn code_lenses(programs: &mut Programs, params: Value) -> Result<Value, Refusal>
 }
 
 fn semantic_tokens(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| Some(view.tokens(source, &hints::tokens(view.analysis, source)))))
 }
 
@@ -259,7 +254,7 @@ fn of_item(
     params: &Value,
     work: impl FnOnce(View<'_>, usize) -> Value,
 ) -> Result<Value, Refusal> {
-    let (uri, name) = convert::call_item(params)?;
+    let (uri, name) = read::call_item(params)?;
     Ok(about(programs, &uri, |view, _| {
         let labels = &view.analysis.assembly.labels;
         let label = labels.iter().position(|label| label.name.eq_ignore_ascii_case(&name))?;
@@ -282,7 +277,7 @@ fn outgoing_calls(programs: &mut Programs, params: Value) -> Result<Value, Refus
 }
 
 fn document_links(programs: &mut Programs, params: Value) -> Result<Value, Refusal> {
-    let uri = convert::document(&params)?;
+    let uri = read::document(&params)?;
     Ok(about(programs, &uri, |view, source| {
         let links = symbols::includes(view.analysis, source);
         Some(links.iter().map(|(span, path)| view.link(*span, path)).collect())

@@ -7,7 +7,7 @@
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use serde_json::Value;
 
-use crate::convert;
+use crate::convert::{capabilities, read};
 use crate::programs::Programs;
 use crate::refusal::Refusal;
 use crate::requests;
@@ -88,9 +88,9 @@ impl Server {
     }
 
     fn initialize(&mut self, params: Value) -> Result<Value, Refusal> {
-        self.programs.client = convert::client(params)?;
+        self.programs.client = read::client(params)?;
         self.life = Life::Running;
-        convert::initialized(&self.programs.client, requests::methods())
+        capabilities::initialized(&self.programs.client, requests::methods())
     }
 
     fn notice(&mut self, notification: &Notification) {
@@ -99,22 +99,22 @@ impl Server {
             "exit" => self.life = Life::Ended(i32::from(self.life != Life::ShuttingDown)),
             _ if self.life != Life::Running => {}
             "textDocument/didOpen" => {
-                if let Ok((uri, version, text)) = convert::opened(params) {
+                if let Ok((uri, version, text)) = read::opened(params) {
                     self.programs.open(uri, version, &text);
                 }
             }
             "textDocument/didChange" => {
-                if let Ok((uri, version, changes)) = convert::changed(params) {
+                if let Ok((uri, version, changes)) = read::changed(params) {
                     self.programs.edit(&uri, version, &changes);
                 }
             }
             "textDocument/didClose" => {
-                if let Ok(uri) = convert::document(params) {
+                if let Ok(uri) = read::document(params) {
                     self.programs.close(&uri);
                 }
             }
             "workspace/didChangeWatchedFiles" => {
-                self.programs.disk_changed(&convert::watched(params).unwrap_or_default());
+                self.programs.disk_changed(&read::watched(params).unwrap_or_default());
             }
             _ => {}
         }
