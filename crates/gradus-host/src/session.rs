@@ -297,6 +297,14 @@ impl Session {
         Ok(bytes.iter().skip(1).copied().map(char::from).collect())
     }
 
+    /// The version of the module's firmware, `(1, 11)` for 1.11; `None` if the module's text tells none.
+    ///
+    /// # Errors
+    /// When the line is broken or no answer comes in time.
+    pub fn firmware(&mut self) -> Result<Option<(u8, u8)>, Error> {
+        Ok(firmware(&self.version_text()?))
+    }
+
     /// The command at an address of the program memory. Past its end, and behind read protection, all fields are zero.
     ///
     /// What comes carries neither a module's address nor the command's number. So all late answers of other modules on the line
@@ -395,6 +403,13 @@ impl Session {
             _ => instruction.display(module).to_string(),
         }
     }
+}
+
+/// The version in a text as `3351V111` or `351V.445`: one digit, and two behind the point.
+fn firmware(text: &str) -> Option<(u8, u8)> {
+    let digits = text.split_once('V')?.1.trim_start_matches('.');
+    let (major, minor) = digits.split_at_checked(1)?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
 }
 
 /// A number that an earlier session has hardly used.

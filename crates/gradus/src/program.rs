@@ -15,6 +15,9 @@ use gradus_tmcl::catalogue::{MODULES, Module, TMCM_3351};
 use crate::levels::Levels;
 use crate::{complain, port, project, terminal};
 
+/// A version of the firmware: `(1, 11)` is 1.11.
+type Version = (u8, u8);
+
 /// The name that stands for standard input and output.
 pub const STANDARD: &str = "-";
 /// What messages call the standard input.
@@ -103,13 +106,19 @@ impl ProgramFile {
         module.map(Some)
     }
 
-    /// The program: a `.bin` file as it is, a source text assembled.
+    /// The program for a module with a version of the firmware: a `.bin` file as it is, a source text assembled.
     ///
     /// # Errors
     /// When it has errors, which are printed before, or no command.
-    pub fn program(&self, module: &'static Module, surroundings: &Surroundings) -> anyhow::Result<Program> {
+    pub fn program(
+        &self,
+        module: &'static Module,
+        firmware: Option<Version>,
+        surroundings: &Surroundings,
+    ) -> anyhow::Result<Program> {
         if !self.is_bin() {
-            let assembly = self.assembly(module, surroundings.options(&self.project), &surroundings.levels)?;
+            let options = surroundings.options(&self.project);
+            let assembly = self.assembly(module, firmware, options, &surroundings.levels)?;
             return Ok(Program { commands: assembly.program.clone(), assembly: Some(assembly) });
         }
         let commands = self.commands()?;
@@ -131,7 +140,7 @@ impl ProgramFile {
     pub fn assemble(&self, surroundings: &Surroundings, no_stop: bool) -> anyhow::Result<(&'static Module, Assembly)> {
         let module = self.target(surroundings)?;
         let options = Options { no_stop, ..surroundings.options(&self.project) };
-        Ok((module, self.assembly(module, options, &surroundings.levels)?))
+        Ok((module, self.assembly(module, None, options, &surroundings.levels)?))
     }
 
     /// The module that the program is assembled for.
@@ -155,10 +164,17 @@ impl ProgramFile {
         levels.and(&self.project)
     }
 
-    fn assembly(&self, module: &'static Module, options: Options, levels: &Levels) -> anyhow::Result<Assembly> {
+    fn assembly(
+        &self,
+        module: &'static Module,
+        firmware: Option<Version>,
+        options: Options,
+        levels: &Levels,
+    ) -> anyhow::Result<Assembly> {
         let assembly = assemble(&self.path, &self.bytes, module, &options, &|path: &Path| fs::read(path));
         let levels = self.levels(levels)?;
-        let mut problems = lint(&assembly, &LintOptions { allow: levels.allow.clone(), ..LintOptions::default() });
+        let options = LintOptions { allow: levels.allow.clone(), firmware, ..LintOptions::default() };
+        let mut problems = lint(&assembly, &options);
         problems.retain(|problem| problem.severity > Severity::Hint || levels.denies(problem));
         print_problems(&problems, &assembly.sources);
         let file = self.path.display();

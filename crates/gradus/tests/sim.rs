@@ -3,8 +3,7 @@
 #![cfg(unix)]
 
 use std::io::{BufRead, BufReader, Read, Write};
-#[cfg(target_os = "linux")]
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
@@ -390,7 +389,12 @@ fn a_program_is_loaded_started_watched_and_stopped_by_commands_of_their_own() {
     let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
     let file = turning(&folder);
     let (status, told, complaint) = gradus(&["load", &file, "--port", &url]);
-    assert_eq!((status, told), (Some(0), format!("{file}: 4 commands written to {url} and compared\n")), "{complaint}");
+    assert_eq!(status, Some(0), "{complaint}");
+    assert!(
+        told.starts_with(&format!("{file}: 4 commands, "))
+            && told.ends_with(&format!(", written to {url} and compared\n")),
+        "{told}"
+    );
     let shown = gradus(&["status", "--port", &url]).1;
     assert!(shown.starts_with(&format!("TMCM-3351 at {url}\nprogram: stopped, address 0\n")), "{shown}");
 
@@ -407,6 +411,123 @@ fn a_program_is_loaded_started_watched_and_stopped_by_commands_of_their_own() {
     assert!(shown.contains("program: stopped"), "{shown}");
     let source = gradus(&["disasm", "--port", &url]).1;
     assert!(source.contains("ROR 1, 20000") && source.contains("JA "), "{source}");
+    sim.stop();
+}
+
+/// A program in a file of this folder.
+fn program(folder: &tempfile::TempDir, name: &str, source: &str) -> String {
+    let file = folder.path().join(name);
+    std::fs::write(&file, source).unwrap();
+    text(&file).into()
+}
+
+#[test]
+fn a_program_that_differs_from_the_one_in_a_module_is_told_by_its_lines() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let in_module = program(
+        &folder,
+        "in-module.tmc",
+        "Speed = 20000\nLoop: ROR 1, Speed\nWAIT TICKS, 0, 10\nCOMP 5\nJA Loop\nSTOP\n",
+    );
+    let (status, _, complaint) = gradus(&["load", &in_module, "--start", "--port", &url]);
+    assert_eq!(status, Some(0), "{complaint}");
+    let commands = |speed| format!("Loop: ROR 1, {speed}\nWAIT TICKS, 0, 10\nCOMP 5\nJA Loop\n");
+    for (source, difference, verdict) in [
+        (commands("20000") + "STOP\n", "the same program, 5 commands", ""),
+        (
+            "Speed = 30000\n".to_owned() + &commands("Speed") + "STOP\n",
+            "home.tmc:2: ROR 1, Speed | ROR 1, 20000",
+            "1 command differs, in values only",
+        ),
+        (commands("1") + "STOP\n", "home.tmc:1: ROR 1, 1 | ROR 1, 20000", "1 command differs, in values only"),
+        (
+            commands("20000").replace("10\nCOMP 5", "20\nCOMP 6") + "STOP\n",
+            "home.tmc:3: COMP 6 | COMP 5",
+            "2 commands differ, in values only",
+        ),
+        (
+            commands("20000").replace("COMP", "MVP ABS, 0,") + "STOP\n",
+            "home.tmc:3: MVP ABS, 0, 5 | COMP 5",
+            "1 command differs",
+        ),
+        (commands("20000") + "// gradus: no-stop\n", "", "the same program, but only one of the two ends with STOP"),
+    ] {
+        let file = program(&folder, "home.tmc", &source);
+        let (status, told, complaint) = gradus(&["verify", &file, "--port", &url]);
+        assert_eq!(status, Some(i32::from(!verdict.is_empty())), "{told}{complaint}");
+        assert!(told.contains(difference), "{told}");
+        assert_eq!(
+            complaint.lines().last().unwrap_or(""),
+            if verdict.is_empty() { "".into() } else { format!("error: {verdict}") }
+        );
+    }
+    assert_eq!(sim.session(0).get_global(Gp::ApplicationStatus, 0).unwrap() & 3, 1, "it runs as before");
+    sim.stop();
+}
+
+#[test]
+fn a_program_further_on_in_a_module_and_one_that_is_protected_are_told() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let loops = "Loop: ROR 1, 20000\nWAIT TICKS, 0, 10\nJA Loop\nSTOP\n";
+    let further = program(&folder, "further.tmc", &format!("MST 0\nMST 1\n{loops}"));
+    assert_eq!(gradus(&["load", &further, "--port", &url]).0, Some(0));
+    let file = program(&folder, "home.tmc", loops);
+    let (status, _, complaint) = gradus(&["verify", &file, "--port", &url]);
+    assert_eq!(status, Some(1), "{complaint}");
+    assert!(complaint.ends_with("error: the same program, 2 addresses further on in the module\n"), "{complaint}");
+
+    sim.session(0).set_global(Gp::CodeProtection, 0, 1).unwrap();
+    let protected = "error: the program in the TMCM-3351 is protected against reading (global parameter 81)\n";
+    for arguments in [vec!["verify", &further], vec!["disasm"]] {
+        let (status, told, complaint) = gradus(&[arguments.as_slice(), &["--port", &url]].concat());
+        assert_eq!((status, told.as_str()), (Some(1), ""), "{complaint}");
+        assert!(complaint.ends_with(protected), "{complaint}");
+    }
+    sim.stop();
+}
+
+/// A line to a module that says it has firmware 1.08. Returns its port.
+fn with_old_firmware(module: &str) -> u16 {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let (port, module) = (listener.local_addr().unwrap().port(), module.to_owned());
+    std::thread::spawn(move || {
+        for host in listener.incoming().map(Result::unwrap) {
+            let module = TcpStream::connect(&module).unwrap();
+            let (mut from_host, mut to_module) = (host.try_clone().unwrap(), module.try_clone().unwrap());
+            std::thread::spawn(move || std::io::copy(&mut from_host, &mut to_module));
+            std::thread::spawn(move || answer_as_old_firmware(module, host));
+        }
+    });
+    port
+}
+
+fn answer_as_old_firmware(mut module: TcpStream, mut host: TcpStream) -> std::io::Result<()> {
+    let mut reply = [0; 9];
+    loop {
+        module.read_exact(&mut reply)?;
+        if reply.ends_with(b"V111") {
+            reply[6..].copy_from_slice(b"108");
+        }
+        host.write_all(&reply)?;
+    }
+}
+
+#[test]
+fn commands_that_the_firmware_of_the_module_lacks_are_told() {
+    let sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    let (url, folder) = (sim.url(0), tempfile::tempdir().unwrap());
+    let old = format!("tcp:127.0.0.1:{}", with_old_firmware(url.strip_prefix("tcp:").unwrap()));
+    let file = program(&folder, "new.tmc", "CALC LOAD, 1000\nRORA 0\nMST 0\nSTOP\n");
+    let warning = "warning[needs-firmware]: `RORA` needs firmware 1.11; the program is for 1.08";
+    for command in ["load", "run"] {
+        let (status, _, complaint) = gradus(&[command, &file, "--port", &old]);
+        assert_eq!((status, complaint.lines().next()), (Some(0), Some(warning)), "{complaint}");
+        assert_eq!(gradus(&[command, &file, "--port", &old, "--deny", "needs-firmware"]).0, Some(1));
+        let (status, _, complaint) = gradus(&[command, &file, "--port", &url]);
+        assert!(status == Some(0) && !complaint.contains("needs-firmware"), "{complaint}");
+    }
     sim.stop();
 }
 

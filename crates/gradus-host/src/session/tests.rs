@@ -322,6 +322,17 @@ fn a_module_with_suppressed_replies_can_be_read() {
 }
 
 #[test]
+fn the_text_tells_the_version_of_the_firmware() {
+    for module in gradus_tmcl::catalogue::MODULES {
+        let text = String::from_utf8(module.version_text.to_vec()).unwrap();
+        assert_eq!(firmware(&text), Some(module.version), "{text}");
+    }
+    for text in ["", "3351", "3351V", "3351V1", "3351Vx11", "3351V1\u{e9}1", "\u{e9}V\u{e9}11"] {
+        assert_eq!(firmware(text), None, "{text}");
+    }
+}
+
+#[test]
 fn special_replies_are_read() {
     let (mut session, _) = session(&[Fault::Event, Fault::Event, Fault::Flipped]);
     assert_eq!(session.version_text().unwrap(), "3351V111");

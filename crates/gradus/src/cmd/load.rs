@@ -51,7 +51,7 @@ impl Load {
         if let Some(wanted) = wanted.filter(|wanted| wanted.name != module.name) {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
         }
-        let program = file.program(module, &self.surroundings)?;
+        let program = file.program(module, session.firmware()?, &self.surroundings)?;
         load(&mut session, &program.commands)?;
         let count = program.commands.len();
         let (file, identity) = (self.file.display(), Identity::of(&program.commands));

@@ -93,7 +93,7 @@ impl Run {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
         }
         let mut watch = self.showing.prepare(&mut session)?;
-        let program = file.program(module, &self.surroundings)?;
+        let program = file.program(module, session.firmware()?, &self.surroundings)?;
         load(&mut session, &program.commands)?;
         session.reset()?;
         let mut observer = self.observer(&mut session, &program)?;

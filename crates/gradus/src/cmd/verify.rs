@@ -48,7 +48,7 @@ impl Verify {
         if let Some(wanted) = wanted.filter(|wanted| wanted.name != module.name) {
             bail!("{} is a {}, not a {}", session.port(), module.name, wanted.name);
         }
-        let program = file.program(module, &self.surroundings)?;
+        let program = file.program(module, session.firmware()?, &self.surroundings)?;
         if session.hides_program()? {
             bail!("the program in the {} is protected against reading (global parameter 81)", module.name);
         }
@@ -78,8 +78,8 @@ impl Compared<'_> {
             }
             Difference::StopAppended => ("the same program, but only one of the two ends with STOP".into(), &[]),
             Difference::Shifted(by) => (format!("the same program, {by} addresses further on in the module"), &[]),
-            Difference::Constants(list) => (format!("{} differ, in their values only", commands(list.len())), list),
-            Difference::Commands(list) => (format!("{} differ", commands(list.len())), list),
+            Difference::Constants(list) => (format!("{}, in values only", differ(list.len())), list),
+            Difference::Commands(list) => (differ(list.len()), list),
         };
         for address in addresses.iter().take(MOST_SHOWN) {
             writeln!(out, "{} | {}", self.ours(*address), self.theirs(*address))?;
@@ -103,6 +103,6 @@ impl Compared<'_> {
     }
 }
 
-fn commands(count: usize) -> String {
-    if count == 1 { "1 command".into() } else { format!("{count} commands") }
+fn differ(count: usize) -> String {
+    if count == 1 { "1 command differs".into() } else { format!("{count} commands differ") }
 }
