@@ -64,6 +64,26 @@ proptest! {
 }
 
 #[test]
+fn comments_name_the_parameters() {
+    let program = [
+        Instruction::new(Opcode::SAP, 4, 0, 51_200),
+        Instruction::new(Opcode::GAP, 8, 1, 0),
+        Instruction::new(Opcode::SGP, 77, 0, 1),
+        Instruction::new(Opcode::SGP, 7, 2, 1),
+        Instruction::new(Opcode::SAP, 255, 0, 1),
+        Instruction::new(Opcode::STOP, 0, 0, 0),
+    ];
+    insta::assert_snapshot!(disassemble(&program, MODULES[0]), @r"
+    SAP 4, 0, 51200             // AP 4: maximum positioning speed, pps
+    GAP 8, 1                    // AP 8: position reached flag
+    SGP 77, 0, 1                // GP 77, bank 0: auto start mode
+    SGP 7, 2, 1
+    SAP 255, 0, 1               // AP 255: unit mode
+    STOP
+    ");
+}
+
+#[test]
 fn the_fuzz_corpus_holds() {
     for text in [
         "",
