@@ -118,7 +118,7 @@ pub fn scan_on(
         if !progress(address) {
             break;
         }
-        let mut session = Session::new(&line, Address { module: address, reply: None });
+        let mut session = Session::new(line, Address { module: address, reply: None });
         session.set_timeout(patience(&url.place));
         if !session.knock()? {
             continue;

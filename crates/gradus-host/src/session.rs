@@ -80,7 +80,7 @@ impl Session {
     /// # Errors
     /// When nothing answers.
     pub fn on_line(line: &Line, url: &Url) -> Result<Self, Error> {
-        let mut session = Session::new(&line, url.address);
+        let mut session = Session::new(line, url.address);
         session.timeout = url.timeout;
         session.greet()?;
         Ok(session)

@@ -28,7 +28,7 @@ fn bench_line() -> Line {
 }
 
 fn session(line: &Line) -> Session {
-    let mut session = Session::new(&line, Address::serial(1));
+    let mut session = Session::new(line, Address::serial(1));
     session.greet().unwrap();
     session
 }

@@ -91,7 +91,7 @@ impl Desk {
         let key = if rights.whole_bus { address } else { 0 };
         self.clients.entry(client).or_default().entry(key).or_insert_with(|| {
             let module = if rights.whole_bus { u16::from(address) } else { own.module };
-            let mut session = Session::new(&line, Address { module, ..*own });
+            let mut session = Session::new(line, Address { module, ..*own });
             session.set_timeout(timeout);
             session
         })
