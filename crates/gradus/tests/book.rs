@@ -8,7 +8,7 @@ use std::process::Command;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// The commands run in a folder of their own with a copy of the examples. The pictures that they write there are those of the
+/// The commands run in a folder of their own with a copy of the examples and of the book's programs. The pictures that they write there are those of the
 /// book.
 #[test]
 fn commands_print_and_draw_what_the_book_says() {
@@ -16,6 +16,7 @@ fn commands_print_and_draw_what_the_book_says() {
     for there in ["examples", "mistakes"] {
         copy(&Path::new(ROOT).join(there), &folder.path().join(there));
     }
+    copy(&source().join("programs"), &folder.path().join("programs"));
     std::env::set_current_dir(folder.path()).unwrap();
     trycmd::TestCases::new().case(format!("{ROOT}/docs/src/*.md")).run();
     for drawn in files(folder.path(), "svg") {
