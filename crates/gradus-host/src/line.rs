@@ -8,6 +8,7 @@ pub(crate) mod stop_latch;
 mod unplugged;
 pub(crate) mod wire;
 
+use std::hash::{BuildHasher, RandomState};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -40,6 +41,8 @@ struct Shared {
     latch: Arc<StopLatch>,
     /// How many sessions there were.
     sessions: AtomicU64,
+    /// What the numbers of probes come from.
+    seed: u64,
 }
 
 /// A task of many requests, which a stop of its line ends.
@@ -63,9 +66,15 @@ impl Line {
 
     /// A line over a link that is open already; `port` names it in messages.
     pub fn over(link: Box<dyn Link>, port: &str) -> Self {
+        Self::simulated(link, port, RandomState::new().hash_one(()))
+    }
+
+    /// The same for a simulation: the numbers by which sessions know their probes again come from the seed, so that equal runs are
+    /// equal to the bit. On a real line they must differ from those of the program before.
+    pub fn simulated(link: Box<dyn Link>, port: &str, seed: u64) -> Self {
         let latch = Arc::<StopLatch>::default();
         let wire = Mutex::new(Wire::new(link, Arc::clone(&latch)));
-        let shared = Shared { turnstile: Mutex::default(), wire, latch, sessions: AtomicU64::new(0) };
+        let shared = Shared { turnstile: Mutex::default(), wire, latch, sessions: AtomicU64::new(0), seed };
         Self { port: port.into(), shared: Arc::new(shared) }
     }
 
@@ -123,6 +132,11 @@ impl Line {
     /// A number for a new session.
     pub(crate) fn number(&self) -> Owner {
         self.shared.sessions.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// The number before the first probe of a session.
+    pub(crate) fn first_nonce(&self, number: Owner) -> i32 {
+        (self.shared.seed.wrapping_add(number.wrapping_mul(0x9e37_79b9_7f4a_7c15)) >> 32) as i32
     }
 
     /// A line to the module of a bench, in virtual time.

@@ -24,7 +24,6 @@
 //! A module on an USB-like port answers whatever address it is asked under, with its own address in the reply. Which address
 //! that is, the session learns while it gets in step, and from then on no other counts.
 
-use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
 use gradus_sim::Bench;
@@ -115,13 +114,14 @@ impl Session {
     /// A session with the module of that address on an open line. It sends nothing before its first request.
     pub fn new(line: &Line, address: Address) -> Self {
         let peer = Peer { host: 0, module: address.module as u8 };
+        let number = line.number();
         Self {
-            number: line.number(),
+            number,
+            nonce: line.first_nonce(number),
             line: line.clone(),
             address,
             peer,
             in_step: None,
-            nonce: random(),
             timeout: REPLY_TIMEOUT,
             statistics: Statistics::default(),
             mute: false,
@@ -410,11 +410,6 @@ fn firmware(text: &str) -> Option<(u8, u8)> {
     let digits = text.split_once('V')?.1.trim_start_matches('.');
     let (major, minor) = digits.split_at_checked(1)?;
     Some((major.parse().ok()?, minor.parse().ok()?))
-}
-
-/// A number that an earlier session has hardly used.
-fn random() -> i32 {
-    RandomState::new().hash_one(()) as i32
 }
 
 #[cfg(test)]

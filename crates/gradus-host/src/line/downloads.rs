@@ -4,6 +4,7 @@
 //! mode. So download mode belongs to the session that entered it. What others send meanwhile would end up in the program: it is
 //! refused, but for control commands (128 and up), which the module executes, and MST, before which the download is ended. When another session ends the download, what the owner
 //! still sends would be executed: it is refused until the owner begins anew (132) or ends it himself (133).
+//! After a 133 that the module has not acknowledged the download is still one, of who sent it, until he or another sends 133 again.
 //! So it is after a 132 that the module has not acknowledged, not having got it on a stopped line for example: who sends a program
 //! without a look at the answers must not have it executed.
 
@@ -81,10 +82,7 @@ impl Downloads {
                     self.under_way.push(Download { module, owner: who, confirmed: false });
                 }
             }
-            Opcode::EXIT_DOWNLOAD => {
-                self.end(module, who);
-                self.broken.retain(|entry| *entry != (module, who));
-            }
+            Opcode::EXIT_DOWNLOAD => self.leave(module, who),
             Opcode::FACTORY_SETTINGS | Opcode::SOFTWARE_RESET => self.end(module, who),
             _ => {}
         }
@@ -103,6 +101,8 @@ impl Downloads {
             let own = self.under_way.iter_mut().filter(|download| download.is(module, who));
             own.for_each(|download| download.confirmed |= status.is_ok());
             self.drop_unconfirmed(module, who);
+        } else if opcode == Opcode::EXIT_DOWNLOAD && status.is_ok() {
+            self.under_way.retain(|download| download.module != module);
         } else if !is_control(opcode) && status == Status::OK && self.is_own(module, who) {
             // It was executed: the module has been reset, or somebody else reaches it another way.
             self.under_way.retain(|download| !download.is(module, who));
@@ -113,6 +113,17 @@ impl Downloads {
     fn drop_unconfirmed(&mut self, module: u8, who: Owner) {
         let mut refused = self.under_way.extract_if(.., |download| download.is(module, who) && !download.confirmed);
         self.broken.extend(refused.next().map(|_| (module, who)));
+    }
+
+    /// A module has been told to leave download mode. Until it has acknowledged that, it may be in it or not: nobody sends it anything that
+    /// would be stored, or executed.
+    fn leave(&mut self, module: u8, who: Owner) {
+        let was_storing = self.owner(module).is_some();
+        self.end(module, who);
+        self.broken.retain(|entry| *entry != (module, who));
+        if was_storing {
+            self.under_way.push(Download { module, owner: who, confirmed: false });
+        }
     }
 
     /// A module leaves download mode at the word of a session.
@@ -148,6 +159,11 @@ mod tests {
         downloads
     }
 
+    fn end(downloads: &mut Downloads, who: Owner) {
+        downloads.sent(MODULE, who, Opcode::EXIT_DOWNLOAD);
+        downloads.answered(MODULE, who, Opcode::EXIT_DOWNLOAD, Status::OK);
+    }
+
     fn may(downloads: &Downloads, who: Owner, opcode: Opcode) -> bool {
         downloads.refusal(MODULE, who, opcode).is_none()
     }
@@ -167,13 +183,31 @@ mod tests {
     fn an_owner_whose_download_another_one_has_ended_begins_anew_or_ends_it() {
         for way_out in [Opcode::ENTER_DOWNLOAD, Opcode::EXIT_DOWNLOAD] {
             let mut downloads = under_way();
-            downloads.sent(MODULE, OTHER, Opcode::EXIT_DOWNLOAD);
+            end(&mut downloads, OTHER);
             assert!(!may(&downloads, OWNER, Opcode::MVP) && !may(&downloads, OWNER, Opcode::GAP));
             assert!(may(&downloads, OWNER, way_out) && may(&downloads, OTHER, Opcode::MVP));
             downloads.sent(MODULE, OWNER, way_out);
             downloads.answered(MODULE, OWNER, way_out, Status::OK);
             assert!(may(&downloads, OWNER, Opcode::MVP));
         }
+    }
+
+    #[test]
+    fn an_end_that_the_module_has_not_acknowledged_is_none() {
+        for who in [OWNER, OTHER] {
+            let mut downloads = under_way();
+            downloads.sent(MODULE, who, Opcode::EXIT_DOWNLOAD);
+            downloads.failed(MODULE, who, Opcode::EXIT_DOWNLOAD);
+            for other in [OWNER, OTHER, 9] {
+                assert!(!may(&downloads, other, Opcode::MVP), "{other}: it would be stored, or executed");
+                assert!(may(&downloads, other, Opcode::EXIT_DOWNLOAD));
+            }
+            end(&mut downloads, 9);
+            assert!(may(&downloads, 9, Opcode::MVP) && !may(&downloads, who, Opcode::MVP));
+        }
+        let mut downloads = Downloads::default();
+        downloads.sent(MODULE, OWNER, Opcode::EXIT_DOWNLOAD);
+        assert!(may(&downloads, OWNER, Opcode::MVP), "there was none to end");
     }
 
     #[test]
@@ -202,7 +236,7 @@ mod tests {
     fn what_follows_a_download_that_did_not_begin_is_refused() {
         let mut downloads = under_way();
         downloads.failed(MODULE, OTHER, Opcode::ENTER_DOWNLOAD);
-        downloads.sent(MODULE, OWNER, Opcode::EXIT_DOWNLOAD);
+        end(&mut downloads, OWNER);
         assert!(!may(&downloads, OTHER, Opcode::MVP));
         downloads.sent(MODULE, OTHER, Opcode::ENTER_DOWNLOAD);
         assert!(!may(&downloads, OTHER, Opcode::MVP), "until the module has acknowledged it");
@@ -235,7 +269,7 @@ mod tests {
         let mut downloads = under_way();
         downloads.forget(OWNER);
         assert!(!may(&downloads, OTHER, Opcode::MVP));
-        downloads.sent(MODULE, OTHER, Opcode::EXIT_DOWNLOAD);
+        end(&mut downloads, OTHER);
         assert!(may(&downloads, OTHER, Opcode::MVP));
     }
 }

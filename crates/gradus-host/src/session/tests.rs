@@ -594,3 +594,17 @@ fn threads_share_a_line_and_each_gets_its_own_answers() {
         }
     });
 }
+
+#[test]
+fn of_events_that_nobody_takes_the_oldest_go_first() {
+    const KEPT: i32 = 1000;
+    let (mut session, line) = session(&[]);
+    for motors in 0..=KEPT {
+        let mut fake = line.0.lock().unwrap();
+        let event = fake.reply(Status::POSITION_REACHED, Opcode::POSITION_EVENT, motors);
+        fake.arrive(0, event);
+    }
+    ask_ten(&mut session);
+    let taken: Vec<i32> = std::iter::from_fn(|| session.take_event().unwrap()).map(|event| event.motors).collect();
+    assert_eq!(taken, (1..=KEPT).collect::<Vec<i32>>());
+}
