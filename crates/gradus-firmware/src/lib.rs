@@ -27,6 +27,7 @@ mod storage;
 pub use drive::servo::servo::Servo;
 pub use drive::stepper::reference_search::SearchFailure;
 pub use drive::stepper::steppers::Steppers;
+pub use links::line_rates::LineRates;
 pub use links::link::{Link, LinkKind};
 pub use module::Module;
 pub use ports::{

@@ -9,6 +9,7 @@ use crate::drive::axes::Axes;
 use crate::drive::stepper::reference_search::SearchFailure;
 use crate::drive::ticks::Ticks;
 use crate::links::heartbeats::Heartbeats;
+use crate::links::line_rates::LineRates;
 use crate::links::link::{Addresses, Answer, Link, LinkKind, Telegram, can_answer, serial_answer};
 use crate::links::position_events::PositionEvents;
 use crate::ports::{InputCircuit, Io, Ports, Store, Switches};
@@ -52,6 +53,8 @@ pub struct Module<P: Ports, S> {
     pub(crate) capture: Capture,
     pub(crate) inputs: Inputs,
     pub(crate) outputs: Outputs,
+    /// Those of the latest start.
+    rates: LineRates,
     pub(crate) tick_timer_zero_ms: u64,
     pub(crate) random: u64,
     /// Serial lines carry text, see [`speaks_ascii`](Self::speaks_ascii).
@@ -80,6 +83,7 @@ impl<P: Ports, S: Store> Module<P, S> {
             capture: Capture::new(),
             inputs: Inputs::default(),
             outputs: Outputs::default(),
+            rates: LineRates::FACTORY,
             tick_timer_zero_ms: 0,
             random: 0,
             ascii: false,
@@ -93,6 +97,7 @@ impl<P: Ports, S: Store> Module<P, S> {
         self.restore_globals();
         self.restore_program();
         self.check_magic();
+        self.rates = LineRates::of(self.globals.get(Gp::SerialBaudRate), self.globals.get(Gp::CanBitRate));
         self.ascii = self.starts_in_ascii();
         self.restore_coordinates();
         self.ports.io().set_outputs(0);
@@ -175,6 +180,11 @@ impl<P: Ports, S: Store> Module<P, S> {
     #[inline]
     pub fn take_search_failure(&mut self) -> Option<(usize, SearchFailure)> {
         self.axes.take_search_failure()
+    }
+
+    /// Returns the bits a second of the lines, as global parameters 65 and 69 were at the latest start.
+    pub fn line_rates(&self) -> LineRates {
+        self.rates
     }
 
     /// Levels of the digital outputs, bit 0 is output 0.

@@ -1,4 +1,5 @@
-//! Finding modules: on serial ports at all rates, at all addresses, on CAN buses at all identifiers.
+//! Finding modules: on serial ports at all rates, at all addresses, on CAN buses at all identifiers (behind
+//! a serial adapter at all bit rates).
 //!
 //! A [`plan`] asks for a module as it is delivered first, at every rate: that takes about a second. Then comes the rest.
 //!
@@ -18,6 +19,9 @@ use crate::{Address, Bus, Error, Line, Place, Session, Url};
 /// Baud rates of the modules, the usual ones first.
 pub const BAUD_RATES: [u32; 12] =
     [9600, 115_200, 19_200, 38_400, 57_600, 14_400, 28_800, 76_800, 230_400, 250_000, 500_000, 1_000_000];
+
+/// Bit rates of the modules on CAN, that of the factory first.
+const BIT_RATES: [u32; 7] = [1_000_000, 500_000, 250_000, 125_000, 100_000, 50_000, 20_000];
 
 /// A serial line: bits of a request and its answer, and the time that a module, an adapter and a computer may add.
 const BITS: u32 = 2 * 9 * 10;
@@ -58,13 +62,23 @@ fn interfaces() -> impl Iterator<Item = String> {
     })
 }
 
-/// The lines of a port: a serial port at all rates, unless it names one other than the default.
+/// The lines of a port: a serial port, or a serial CAN adapter, at all rates, unless it names one other than the default.
 fn lines(url: &Url) -> Vec<Url> {
-    let Place::Serial { path, baud, rs485 } = &url.place else { return vec![url.clone()] };
-    let rates = if *baud == BAUD_RATES[0] { BAUD_RATES.as_slice() } else { &[*baud] };
-    let at =
-        |baud: &u32| Url { place: Place::Serial { path: path.clone(), baud: *baud, rs485: *rs485 }, ..url.clone() };
-    rates.iter().map(at).collect()
+    let (rate, rates) = match &url.place {
+        Place::Serial { baud, .. } => (*baud, BAUD_RATES.as_slice()),
+        Place::Can { bus: Bus::Slcan(_), bit_rate } => (*bit_rate, BIT_RATES.as_slice()),
+        _ => return vec![url.clone()],
+    };
+    let at = |rate: &u32| {
+        let mut place = url.place.clone();
+        match &mut place {
+            Place::Serial { baud, .. } => *baud = *rate,
+            Place::Can { bit_rate, .. } => *bit_rate = *rate,
+            _ => {}
+        }
+        Url { place, ..url.clone() }
+    };
+    if rate == rates[0] { rates.iter().map(at).collect() } else { vec![url.clone()] }
 }
 
 /// The addresses to try on a line: all that there are.
@@ -81,12 +95,18 @@ pub struct Leg {
     pub addresses: Vec<u16>,
 }
 
-/// What to ask, in this order: the address of a module as it is delivered on every line, then the other addresses on every line.
+/// What to ask, in this order: the address of a module as it is delivered on every line, then the other addresses on every line. On a
+/// CAN bus all addresses at one bit rate before the next: an adapter at a wrong one disturbs those who talk there.
 pub fn plan(url: &Url, addresses: &RangeInclusive<u16>) -> Vec<Leg> {
     let factory = Url::to(url.place.clone()).address.module;
     let (first, rest): (Vec<u16>, Vec<u16>) = addresses.clone().partition(|address| *address == factory);
-    let legs = |addresses: Vec<u16>| lines(url).into_iter().map(move |line| Leg { line, addresses: addresses.clone() });
-    legs(first).chain(legs(rest)).filter(|leg| !leg.addresses.is_empty()).collect()
+    let lines = lines(url);
+    let leg = |line: &Url, addresses: &Vec<u16>| Leg { line: line.clone(), addresses: addresses.clone() };
+    let plan: Vec<Leg> = match url.place {
+        Place::Can { .. } => lines.iter().flat_map(|line| [leg(line, &first), leg(line, &rest)]).collect(),
+        _ => [first, rest].iter().flat_map(|addresses| lines.iter().map(move |line| leg(line, addresses))).collect(),
+    };
+    plan.into_iter().filter(|leg| !leg.addresses.is_empty()).collect()
 }
 
 /// Asks addresses of a line. `progress` is told each address before it is asked, and ends the search by `false`.
@@ -192,6 +212,11 @@ mod tests {
         };
         let line = "serial:/dev/ttyUSB0?baud=115200";
         assert_eq!(asked(line, 5..=6), [(line.into(), vec![5, 6])]);
+        let adapter: Vec<(String, Vec<u16>)> = asked("slcan:/dev/ttyACM0", 1..=2);
+        assert_eq!(adapter.len(), 2 * BIT_RATES.len());
+        assert_eq!(adapter[1], ("slcan:/dev/ttyACM0".into(), vec![2]), "all addresses before another bit rate");
+        assert_eq!(adapter[2], ("slcan:/dev/ttyACM0?bitrate=500000".into(), vec![1]));
+        assert_eq!(asked("slcan:/dev/ttyACM0?bitrate=500000", 1..=1).len(), 1);
         assert_eq!(asked("can:can0", 1..=3), [("can:can0".into(), vec![1]), ("can:can0".into(), vec![2, 3])]);
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::VecDeque;
 
-use gradus_firmware::{Link, LinkKind, ProgramView, Register};
+use gradus_firmware::{LineRates, Link, LinkKind, ProgramView, Register};
 use gradus_plant::{Readings, STEP_US};
 use gradus_tmcl::catalogue::{self, Ap, Gp, TMCM_351, TMCM_1617, TMCM_3351};
+use gradus_tmcl::rates::{BAUD_RATES, CAN_BIT_RATES};
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, can};
 
 use crate::console::Change;
@@ -391,6 +392,26 @@ impl Bench {
         self.take(&mut link).and_then(|reply| Reply::parse(&reply).ok()).is_some_and(|reply| reply.status.is_ok())
     }
 
+    /// Sets the rate of a line, global parameter 65 or 69, in bits a second, and starts the module with it if it has another one. False
+    /// without power, when the module does not know the rate, and when its EEPROM is locked.
+    pub fn set_rate(&mut self, id: Gp, rate: u32) -> bool {
+        let Some(value) = rate_value(self.catalogue, id, rate) else { return false };
+        if self.running().is_some_and(|firmware| rate_of(firmware.line_rates(), id) == rate) {
+            return true;
+        }
+        let is_set = self.set_global(id, value);
+        self.reset();
+        is_set
+    }
+
+    /// Returns the bits a second of the lines, which the module has chosen at its latest start; `None` without power.
+    pub fn line_rates(&self) -> Option<LineRates> {
+        match &self.board {
+            Board::On { firmware, .. } => Some(firmware.line_rates()),
+            Board::Off(_) => None,
+        }
+    }
+
     /// Returns the stored program and the state of its interpreter, to look at; `None` without power. Times in it count
     /// from [`since_us`](Self::since_us).
     pub fn program(&self) -> Option<ProgramView<'_>> {
@@ -432,6 +453,18 @@ impl Bench {
 /// The step of the motors that ends next after a time.
 fn next_step(time_us: u64) -> u64 {
     (time_us / STEP_US).saturating_add(1).saturating_mul(STEP_US)
+}
+
+fn rate_of(rates: LineRates, id: Gp) -> u32 {
+    if id == Gp::CanBitRate { rates.can } else { rates.baud }
+}
+
+/// The value of global parameter 65 or 69 for a rate in bits a second, if the module has it.
+pub(crate) fn rate_value(catalogue: &catalogue::Module, id: Gp, rate: u32) -> Option<i32> {
+    let rates = if id == Gp::CanBitRate { CAN_BIT_RATES.as_slice() } else { &BAUD_RATES };
+    let value = rates.iter().position(|known| *known == rate)? as i32;
+    let row = catalogue.global_parameters.iter().find(|row| row.id == id)?;
+    row.accepts(value).then_some(value)
 }
 
 #[cfg(test)]

@@ -4,6 +4,9 @@
 //! goes first, each node's own frames in their order. Two nodes that send different frames of one identifier at the same time
 //! destroy them: on a real bus they would try until they are off, here both frames are lost. A module takes no frame of another
 //! module for a command, even if its reply identifier (global parameter 70) is the own one; the manuals are silent.
+//!
+//! A node neither hears nor is heard by one of another bit rate; a module has chosen its own at its latest start (global parameter
+//! 69). On a real bus it would disturb the others as well, until it switches itself off.
 
 use std::collections::VecDeque;
 
@@ -29,7 +32,7 @@ const MAX_RIVALS: usize = 16;
 /// How a CAN bus works.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Can {
-    /// Bits a second, 1 or more.
+    /// Bits a second of hosts that are set to no other rate, 1 or more.
     pub bit_rate: u32,
     /// False: nothing takes time.
     pub timing: bool,
@@ -57,6 +60,8 @@ pub(crate) struct CanBus {
 
 #[derive(Debug)]
 struct Host {
+    /// Bits a second that it sends and listens for.
+    bit_rate: u32,
     /// Frames with the time at which they arrive.
     inbox: VecDeque<(u64, Frame)>,
     up: Faulty,
@@ -67,6 +72,7 @@ struct Host {
 struct Waiting {
     from: Node,
     since_us: u64,
+    bit_rate: u32,
     frame: Frame,
 }
 
@@ -109,7 +115,7 @@ impl CanBus {
 
     pub(crate) fn attach(&mut self, profile: Profile, seed: u64) -> usize {
         let [up, down] = Faulty::both_ways(profile, seed);
-        put(&mut self.hosts, Host { inbox: VecDeque::new(), up, down })
+        put(&mut self.hosts, Host { bit_rate: self.can.bit_rate, inbox: VecDeque::new(), up, down })
     }
 
     pub(crate) fn detach(&mut self, host: usize) {
@@ -122,6 +128,20 @@ impl CanBus {
             BusChange::Cut(cut) => self.cut = cut,
             BusChange::Babble(on) => self.babble(now_us, on),
             BusChange::Faults(profile, seed) => self.set_faults(profile, seed),
+            BusChange::Rate(bit_rate) => self.set_bit_rate(bit_rate),
+        }
+    }
+
+    /// Sets all hosts to a rate, those to come too.
+    fn set_bit_rate(&mut self, bit_rate: u32) {
+        self.can.bit_rate = bit_rate;
+        self.hosts.iter_mut().flatten().for_each(|host| host.bit_rate = bit_rate);
+    }
+
+    /// Sets a host to a rate.
+    pub(crate) fn set_host_bit_rate(&mut self, host: usize, bit_rate: u32) {
+        if let Some(host) = &mut self.hosts[host] {
+            host.bit_rate = bit_rate;
         }
     }
 
@@ -144,7 +164,9 @@ impl CanBus {
     pub(crate) fn send(&mut self, now_us: u64, host: usize, frame: Frame) {
         let (waiting, from) = (&mut self.waiting, Node::Host(host));
         if let Some(sender) = &mut self.hosts[host] {
-            sender.up.frame(now_us, frame, |since_us, frame| waiting.push(Waiting { from, since_us, frame }));
+            let bit_rate = sender.bit_rate;
+            let wait = |since_us, frame| waiting.push(Waiting { from, since_us, bit_rate, frame });
+            sender.up.frame(now_us, frame, wait);
         }
     }
 
@@ -187,8 +209,10 @@ impl CanBus {
 
     /// What the module of a place has to say at `now_us`.
     pub(crate) fn collect(&mut self, now_us: u64, place: usize, benches: &mut [Bench]) {
-        while let Some(frame) = benches[self.modules[place]].take_frame(&mut self.links[place]) {
-            self.waiting.push(Waiting { from: Node::Module(place), since_us: now_us, frame });
+        let bench = &mut benches[self.modules[place]];
+        let bit_rate = bench.line_rates().map_or(0, |rates| rates.can);
+        while let Some(frame) = bench.take_frame(&mut self.links[place]) {
+            self.waiting.push(Waiting { from: Node::Module(place), since_us: now_us, bit_rate, frame });
         }
     }
 }
@@ -228,7 +252,7 @@ impl CanBus {
 
     fn occupy(&mut self, start_ns: u64, winner: Waiting, destroyed: bool) {
         let bits = if self.can.timing { u64::from(frame_bits(&winner.frame)) } else { 0 };
-        self.free_ns = start_ns + bits * 1_000_000_000 / u64::from(self.can.bit_rate);
+        self.free_ns = start_ns + bits * 1_000_000_000 / u64::from(winner.bit_rate.max(1));
         self.sending = Some((winner, self.free_ns)).filter(|_| !destroyed);
         if winner.from == Node::Babbler {
             let pause_us = if self.can.timing { 0 } else { BABBLE_US };
@@ -238,7 +262,8 @@ impl CanBus {
 
     fn babble_on(&mut self, since_us: u64) {
         if let Some(frame) = Frame::new(0, false, &[0; 8]).filter(|_| self.babbles) {
-            self.waiting.push(Waiting { from: Node::Babbler, since_us, frame });
+            let bit_rate = self.can.bit_rate;
+            self.waiting.push(Waiting { from: Node::Babbler, since_us, bit_rate, frame });
         }
     }
 
@@ -248,7 +273,7 @@ impl CanBus {
         }
         self.log.add(at_us, 0, matches!(sent.from, Node::Module(_)), || Content::Frame(sent.frame));
         for (_, host) in self.hosts.iter_mut().enumerate().filter(|(index, _)| sent.from != Node::Host(*index)) {
-            if let Some(Host { inbox, down, .. }) = host {
+            if let Some(Host { inbox, down, .. }) = host.as_mut().filter(|host| host.bit_rate == sent.bit_rate) {
                 let arrive = |at_us, frame| inbox.push_back((at_us, frame));
                 match sent.from {
                     Node::Module(_) => down.reply_frame(at_us, sent.frame, arrive),
@@ -261,6 +286,9 @@ impl CanBus {
         }
         for place in 0..self.modules.len() {
             let bench = &mut benches[self.modules[place]];
+            if bench.line_rates().is_none_or(|rates| rates.can != sent.bit_rate) {
+                continue;
+            }
             bench.run_until(at_us);
             bench.send_frame(&mut self.links[place], &sent.frame);
             self.collect(at_us, place, benches);

@@ -1,6 +1,6 @@
 //! The firmware of a virtual module, whatever kind of axes it has.
 
-use gradus_firmware::{Link, Module, ProgramView, Register};
+use gradus_firmware::{LineRates, Link, Module, ProgramView, Register};
 use gradus_tmcl::can;
 use gradus_tmcl::catalogue::{self, Ap};
 
@@ -84,6 +84,11 @@ impl Firmware {
     /// As [`Module::get_axis`].
     pub fn get_axis(&mut self, axis: usize, id: Ap) -> Option<i32> {
         either!(self, module => module.get_axis(axis, id))
+    }
+
+    /// As [`Module::line_rates`].
+    pub fn line_rates(&self) -> LineRates {
+        either!(self, module => module.line_rates())
     }
 
     /// As [`Module::outputs`].

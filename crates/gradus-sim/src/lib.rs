@@ -33,6 +33,7 @@ mod segment;
 mod serve;
 mod slots;
 mod spi;
+mod uart;
 mod wakes;
 
 pub use bench::{Bench, VIRTUAL_MODULES, is_virtual, virtual_names};
@@ -42,7 +43,7 @@ pub use drive::ServoDrive;
 pub use eeprom::{Eeprom, EepromError};
 pub use faults::{PROFILES, Profile, ProfileError};
 pub use firmware::Firmware;
-pub use gradus_firmware::{Link, LinkKind};
+pub use gradus_firmware::{LineRates, Link, LinkKind};
 pub use gradus_plant::{Bridge as Switches, Readings, ServoMachine, ServoSetup, StepperAxis, Vane};
 pub use io::{Adc, MachineIo};
 pub use machine::{DriverChip, Machine, MachineAxis};

@@ -35,6 +35,8 @@ pub enum BusChange {
     Babble(bool),
     /// The line has these faults from now on, with dice of this seed.
     Faults(Profile, u64),
+    /// Its hosts send and listen at so many bits a second from now on, 1 or more; the modules stay as they are.
+    Rate(u32),
 }
 
 /// A host on a bus.
@@ -143,7 +145,8 @@ impl Rig {
         module
     }
 
-    /// Hangs a module on a bus; it can hang on several.
+    /// Hangs a module on a bus; it can hang on several. It has the rate that it has chosen at its latest start, see
+    /// [`Bench::set_rate`].
     pub fn connect(&mut self, module: usize, bus: usize) {
         let wires = &mut self.buses[bus].wires;
         self.places[module].push((bus, wires.modules().len()));
@@ -235,6 +238,20 @@ impl Rig {
         if let Wires::Serial(segment) = &mut self.buses[host.bus].wires {
             segment.refuse_bulk(host.host);
         }
+    }
+
+    /// Sets the rate of a host in bits a second, 1 or more. One that has not been set has that of its bus. A serial line without timing has
+    /// no rate.
+    pub fn set_host_rate(&mut self, host: HostId, rate: u32) {
+        match &mut self.buses[host.bus].wires {
+            Wires::Serial(segment) => segment.set_host_baud(host.host, rate),
+            Wires::Can(can) => can.set_host_bit_rate(host.host, rate),
+        }
+    }
+
+    /// Whether a host on a pseudo-terminal has the rate that it sets there.
+    pub(crate) fn is_strict(&self, bus: usize) -> bool {
+        matches!(&self.buses[bus].wires, Wires::Serial(segment) if segment.is_strict())
     }
 
     /// Takes a host away.

@@ -11,6 +11,7 @@ const USAGE: &[(&str, &str)] = &[
     ("cut 0|1", "cable of a bus: 1 breaks it"),
     ("babble 0|1", "a node that talks all the time on a bus"),
     ("faults PROFILE|off", "faults of a bus from now on"),
+    ("rate 115200", "bits a second of the hosts of a bus; the modules stay as they are"),
 ];
 
 /// A line that a rig cannot use. Nothing has been changed.
@@ -98,6 +99,7 @@ impl BusChange {
             ["babble", level @ ("0" | "1")] => Self::Babble(*level == "1"),
             ["faults", "off"] => Self::Faults(Profile::default(), 0),
             ["faults", name] => Self::Faults(name.parse()?, 0),
+            ["rate", rate] if rate.parse().is_ok_and(|rate: u32| rate > 0) => Self::Rate(rate.parse().unwrap_or(1)),
             _ => return Err(RigConsoleError::Bus(usage.0.to_owned())),
         }))
     }

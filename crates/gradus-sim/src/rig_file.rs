@@ -3,8 +3,8 @@
 //! ```toml
 //! [[bus]]
 //! name = "segment"
-//! kind = "rs485"                           # usb, rs485 or can
-//! baud = 9600                              # of rs485; this is the default
+//! kind = "rs485"                           # usb, rs232, rs485 or can
+//! baud = 9600                              # of rs232 and rs485: that of hosts and modules; "strict" if left out
 //! endpoints = ["pty:/tmp/segment", "tcp:127.0.0.1:4322"]
 //!
 //! [[bus]]
@@ -31,7 +31,9 @@
 //! module = "tmcm-3351"
 //! ```
 //!
-//! A module without `address` (and so on) has what its EEPROM holds. A bus may also say `timing = false`: nothing takes time then;
+//! A module without `address` (and so on) has what its EEPROM holds. With `baud = "strict"` a
+//! host on a pseudo-terminal has the rate that it sets, one on TCP 9600, and modules have what their EEPROM holds; so they have without
+//! `bit_rate`, which is that of all hosts. A bus may also say `timing = false`: nothing takes time then;
 //! `turn_around_us` of an RS-485 segment; `gap_ms`, the pause after which a new datagram begins (0: none; if left out 50 ms of the
 //! wall clock on pseudo-terminals and TCP); `echo = true` for an adapter that hears itself.
 //!
@@ -51,10 +53,11 @@ use serde::de::{Deserializer, Error, MapAccess, Visitor};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use crate::bench::rate_value;
 use crate::bench_file::{BenchFile, BenchFileError, Document, is_rig};
 use crate::problem::{Misfit, Problem};
 use crate::quantity::microseconds;
-use crate::{BusChange, BusKind, Can, Eeprom, EepromError, Endpoint, Profile, Rig, Serial};
+use crate::{BusChange, BusKind, Can, Eeprom, EepromError, Endpoint, LineRates, Profile, Rig, Serial};
 
 /// Keys of a module's table that a file of one module has not.
 const PLACE_KEYS: [&str; 9] = [
@@ -117,13 +120,19 @@ impl RigFile {
                 self.events.push((event.at, index, event.change()?));
             }
         }
-        for (place, _) in &self.modules {
-            self.buses_of(place)?;
+        for (place, file) in &self.modules {
+            for bus in self.buses_of(place)? {
+                self.buses[bus].check_rate_for(file.module)?;
+            }
         }
         let connected = |bus: &BusTable| self.modules.iter().filter(|(place, _)| place.hangs_on(&bus.name)).count();
-        let crowded = self.buses.iter().find(|bus| *bus.kind.get_ref() == Kind::Usb && connected(bus) > 1);
+        let crowded = self.buses.iter().find(|bus| bus.kind.get_ref().is_point_to_point() && connected(bus) > 1);
         match crowded {
-            Some(bus) => Err(wrong(&bus.kind, "USB is point to point and has one module; use rs485 or several buses")),
+            Some(bus) => {
+                let name = if *bus.kind.get_ref() == Kind::Usb { "USB" } else { "RS-232" };
+                let message = format!("{name} is point to point and has one module; use rs485 or several buses");
+                Err(wrong(&bus.kind, message))
+            }
             None => Ok(self),
         }
     }
@@ -166,8 +175,12 @@ impl RigFile {
             for (parameter, value) in place.settings() {
                 bench.set_global(parameter, *value.get_ref() as i32);
             }
+            let buses = self.buses_of(place).unwrap_or_default();
+            for (parameter, rate) in buses.iter().filter_map(|bus| self.buses[*bus].rate_of_modules()) {
+                bench.set_rate(parameter, rate);
+            }
             let module = rig.add_module(place.name.get_ref(), bench);
-            for bus in self.buses_of(place).unwrap_or_default() {
+            for bus in buses {
                 rig.connect(module, bus);
             }
         }
@@ -229,7 +242,7 @@ struct BusTable {
     kind: Spanned<Kind>,
     #[serde(default)]
     endpoints: Vec<Spanned<EndpointText>>,
-    baud: Option<Spanned<NonZeroU32>>,
+    baud: Option<Spanned<Baud>>,
     bit_rate: Option<Spanned<NonZeroU32>>,
     #[serde(default = "yes")]
     timing: bool,
@@ -249,8 +262,30 @@ struct BusTable {
 #[serde(rename_all = "lowercase")]
 enum Kind {
     Usb,
+    Rs232,
     Rs485,
     Can,
+}
+
+impl Kind {
+    fn is_point_to_point(self) -> bool {
+        matches!(self, Self::Usb | Self::Rs232)
+    }
+}
+
+/// The rate of a serial line.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected bits a second, or \"strict\"")]
+enum Baud {
+    Rate(NonZeroU32),
+    Word(Strict),
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+enum Strict {
+    /// Everybody has the rate that he sets.
+    #[serde(rename = "strict")]
+    Strict,
 }
 
 fn yes() -> bool {
@@ -260,15 +295,15 @@ fn yes() -> bool {
 impl BusTable {
     fn check(&self) -> Result<(), Misfit> {
         let kind = *self.kind.get_ref();
-        let of = |key: Option<Range<usize>>, right: Kind, name: &str| match key {
-            Some(span) if kind != right => {
-                Err(Misfit::new(Some(span), format!("only a bus of the kind {name} has this key")))
+        let of = |key: Option<Range<usize>>, right: &[Kind], names: &str| match key {
+            Some(span) if !right.contains(&kind) => {
+                Err(Misfit::new(Some(span), format!("only a bus of the kind {names} has this key")))
             }
             _ => Ok(()),
         };
-        of(self.baud.as_ref().map(Spanned::span), Kind::Rs485, "rs485")?;
-        of(self.turn_around_us.as_ref().map(Spanned::span), Kind::Rs485, "rs485")?;
-        of(self.bit_rate.as_ref().map(Spanned::span), Kind::Can, "can")?;
+        of(self.baud.as_ref().map(Spanned::span), &[Kind::Rs232, Kind::Rs485], "rs232 or rs485")?;
+        of(self.turn_around_us.as_ref().map(Spanned::span), &[Kind::Rs485], "rs485")?;
+        of(self.bit_rate.as_ref().map(Spanned::span), &[Kind::Can], "can")?;
         match self.endpoints.iter().find(|endpoint| endpoint.get_ref().0.is_can() != (kind == Kind::Can)) {
             Some(endpoint) => Err(wrong(
                 endpoint,
@@ -281,23 +316,48 @@ impl BusTable {
         }
     }
 
+    /// The rate that the file wants the modules to have, with its parameter; none if it names no rate or nothing takes time.
+    fn rate_of_modules(&self) -> Option<(Gp, u32)> {
+        let baud = self.baud().filter(|_| self.timing).map(|baud| (Gp::SerialBaudRate, baud));
+        baud.or(self.bit_rate.as_ref().map(|rate| (Gp::CanBitRate, rate.get_ref().get())))
+    }
+
+    fn check_rate_for(&self, module: &Module) -> Result<(), Misfit> {
+        let Some((parameter, rate)) = self.rate_of_modules() else { return Ok(()) };
+        if rate_value(module, parameter, rate).is_some() {
+            return Ok(());
+        }
+        let span = self.baud.as_ref().map(Spanned::span).or(self.bit_rate.as_ref().map(Spanned::span));
+        let row = module.global_parameters.iter().find(|row| row.id == parameter);
+        let known: Vec<&str> = row.iter().flat_map(|row| row.values.choices()).map(|choice| choice.text).collect();
+        Err(Misfit::new(span, format!("the {} has no such rate, only {}", module.name, known.join(", "))))
+    }
+
+    /// Bits a second; `None`: everybody has his own.
+    fn baud(&self) -> Option<u32> {
+        match self.baud.as_ref()?.get_ref() {
+            Baud::Rate(rate) => Some(rate.get()),
+            Baud::Word(Strict::Strict) => None,
+        }
+    }
+
     fn kind(&self) -> BusKind {
-        let rate =
-            |rate: &Option<Spanned<NonZeroU32>>, default| rate.as_ref().map_or(default, |rate| rate.get_ref().get());
+        let bit_rate = self.bit_rate.as_ref().map_or(Can::DEFAULT.bit_rate, |rate| rate.get_ref().get());
+        let baud = self.baud().unwrap_or(LineRates::FACTORY.baud);
         match self.kind.get_ref() {
-            Kind::Can => {
-                BusKind::Can(Can { bit_rate: rate(&self.bit_rate, Can::DEFAULT.bit_rate), timing: self.timing })
-            }
+            Kind::Can => BusKind::Can(Can { bit_rate, timing: self.timing }),
             Kind::Usb => BusKind::Serial(self.serial(Serial::USB)),
-            Kind::Rs485 => BusKind::Serial(self.serial(Serial::rs485(rate(&self.baud, 9600)))),
+            Kind::Rs232 => BusKind::Serial(self.serial(Serial::rs232(baud))),
+            Kind::Rs485 => BusKind::Serial(self.serial(Serial::rs485(baud))),
         }
     }
 
     fn serial(&self, serial: Serial) -> Serial {
         let serial = if self.timing { serial } else { serial.without_timing() };
-        let turn_around = self.turn_around_us.as_ref().filter(|_| self.timing).map(|us| u64::from(*us.get_ref()));
+        let turn_around_us = self.turn_around_us.as_ref().map(|us| *us.get_ref()).or(serial.turn_around_us);
         let gap_us = self.gap_ms.as_ref().map_or(0, |ms| u32::from(*ms.get_ref()) * 1000);
-        Serial { turn_around_us: turn_around.unwrap_or(serial.turn_around_us), gap_us, echo: self.echo, ..serial }
+        let strict = *self.kind.get_ref() != Kind::Usb && self.baud().is_none();
+        Serial { turn_around_us, gap_us, echo: self.echo, strict, ..serial }
     }
 }
 

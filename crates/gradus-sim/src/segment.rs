@@ -1,6 +1,7 @@
-//! A serial line: USB with one module, or an RS-485 segment with several.
+//! A serial line: USB or RS-232 with one module, or an RS-485 segment with several.
 //!
-//! With timing every byte takes its ten bits. A module begins its reply after its telegram pause (global parameter 75) and the
+//! With timing every byte takes its ten bits, at the rate of who sends it: a host's own, or that which a module has chosen at its latest
+//! start (global parameter 65). Who listens at another rate hears noise or nothing. A module begins its reply after its telegram pause (global parameter 75) and the
 //! turn-around of the line. Two that talk at once collide: a driver of either pulls the line to 0, so what is received is the AND
 //! of the bytes that overlap, and a byte that begins inside another one is not received as a byte of its own. Two modules with one
 //! address that send the same bytes at the same time are therefore heard well, as on a real segment.
@@ -19,6 +20,7 @@ use crate::faults::{Dice, Faulty, Profile};
 use crate::passed::{Content, Log};
 use crate::rig::BusChange;
 use crate::slots::put;
+use crate::uart;
 
 /// Time between two bytes of a babbling node on a line without timing.
 const BABBLE_US: u64 = 1000;
@@ -29,12 +31,17 @@ const BUSY: usize = 4096;
 /// How a serial line works.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Serial {
-    /// USB or RS-485.
+    /// Whether addresses count, and the telegram pause.
     pub kind: LinkKind,
-    /// Length of a byte with start and stop bit in nanoseconds; 0: nothing takes time.
-    pub byte_ns: u64,
-    /// Least time between the end of a command and the beginning of its reply, in microseconds; none without timing.
-    pub turn_around_us: u64,
+    /// Bits a second of hosts that are set to no other rate; 0: nothing takes time, and nobody has a rate.
+    pub baud: u32,
+    /// A host on a pseudo-terminal has the rate that it sets there.
+    pub strict: bool,
+    /// A line for each direction, on which host and module do not collide.
+    pub full_duplex: bool,
+    /// Least time between the end of a command and the beginning of its reply, in microseconds; `None`: that of a byte. None
+    /// without timing.
+    pub turn_around_us: Option<u32>,
     /// A longer pause inside a datagram throws its beginning away; microseconds, 0: never.
     pub gap_us: u32,
     /// Hosts receive their own bytes, as on a two-wire adapter that does not switch its receiver off.
@@ -43,18 +50,39 @@ pub struct Serial {
 
 impl Serial {
     /// A point-to-point line without timing.
-    pub const USB: Self = Self { kind: LinkKind::Usb, byte_ns: 0, turn_around_us: 0, gap_us: 0, echo: false };
+    pub const USB: Self = Self {
+        kind: LinkKind::Usb,
+        baud: 0,
+        strict: false,
+        full_duplex: true,
+        turn_around_us: None,
+        gap_us: 0,
+        echo: false,
+    };
 
-    /// An RS-485 segment of so many bits a second, 1 or more; the turn-around is the time of one byte.
+    /// An RS-485 segment whose hosts send so many bits a second, 1 or more; the turn-around is the time of one byte.
     pub const fn rs485(baud: u32) -> Self {
-        let byte_ns = 10_000_000_000 / baud as u64;
-        Self { kind: LinkKind::Rs485, byte_ns, turn_around_us: byte_ns.div_ceil(1000), gap_us: 0, echo: false }
+        Self { kind: LinkKind::Rs485, baud, full_duplex: false, ..Self::USB }
+    }
+
+    /// An RS-232 line whose hosts send so many bits a second, 1 or more. The driver is always on: there is no turn-around.
+    pub const fn rs232(baud: u32) -> Self {
+        Self { full_duplex: true, turn_around_us: Some(0), ..Self::rs485(baud) }
     }
 
     /// The same line on which nothing takes time.
     pub const fn without_timing(self) -> Self {
-        Self { byte_ns: 0, turn_around_us: 0, ..self }
+        Self { baud: 0, ..self }
     }
+
+    fn has_timing(&self) -> bool {
+        self.baud > 0
+    }
+}
+
+/// Length of a byte with start and stop bit.
+const fn byte_ns(baud: u32) -> u64 {
+    if baud == 0 { 0 } else { 10_000_000_000 / baud as u64 }
 }
 
 #[derive(Debug)]
@@ -78,6 +106,8 @@ pub(crate) struct Segment {
 struct Host {
     /// One for each module.
     links: Vec<Link>,
+    /// Bits a second that it sends and listens for.
+    baud: u32,
     /// Bytes with the time at which they arrive.
     inbox: VecDeque<(u64, u8)>,
     up: Faulty,
@@ -90,6 +120,8 @@ struct Talk {
     start_ns: u64,
     end_ns: u64,
     from: Talker,
+    /// Bits a second.
+    baud: u32,
     bytes: [u8; 9],
     len: usize,
     heard: bool,
@@ -111,6 +143,10 @@ impl Talk {
     /// A byte of a host that is on its way.
     fn is_coming(&self) -> bool {
         matches!(self.from, Talker::Host(_)) && !self.heard
+    }
+
+    fn begin_ns(&self, index: usize) -> u64 {
+        self.start_ns + index as u64 * byte_ns(self.baud)
     }
 }
 
@@ -152,7 +188,7 @@ impl Segment {
         let attach = |module: &usize| benches[*module].attach(self.serial.kind, self.serial.gap_us);
         let links = self.modules.iter().map(attach).collect();
         let [up, down] = Faulty::both_ways(profile, seed);
-        put(&mut self.hosts, Host { links, inbox: VecDeque::new(), up, down })
+        put(&mut self.hosts, Host { links, baud: self.serial.baud, inbox: VecDeque::new(), up, down })
     }
 
     /// What the host has said, and what is said to it, is gone with it.
@@ -183,7 +219,27 @@ impl Segment {
             BusChange::Cut(cut) => self.cut = cut,
             BusChange::Babble(on) => self.babble(now_us, on),
             BusChange::Faults(profile, seed) => self.set_faults(profile, seed),
+            BusChange::Rate(baud) => self.set_baud(baud),
         }
+    }
+
+    /// Sets all hosts to a rate, those to come too. A line without timing has none.
+    fn set_baud(&mut self, baud: u32) {
+        if self.serial.has_timing() {
+            self.serial.baud = baud;
+            self.hosts.iter_mut().flatten().for_each(|host| host.baud = baud);
+        }
+    }
+
+    /// Sets a host to a rate.
+    pub(crate) fn set_host_baud(&mut self, host: usize, baud: u32) {
+        if let Some(host) = self.hosts[host].as_mut().filter(|_| self.serial.has_timing()) {
+            host.baud = baud;
+        }
+    }
+
+    pub(crate) fn is_strict(&self) -> bool {
+        self.serial.strict && self.serial.has_timing()
     }
 
     fn set_faults(&mut self, profile: Profile, seed: u64) {
@@ -212,7 +268,7 @@ impl Segment {
             sender.up.bytes(now_us, bytes, |at_us, byte| queue.push_back((at_us, host, byte)));
         }
         let is_due = self.queue.back().is_none_or(|(at_us, ..)| *at_us <= now_us);
-        if self.serial.byte_ns == 0 && was_idle && is_due {
+        if !self.serial.has_timing() && was_idle && is_due {
             self.send_at_once(now_us, host, benches);
         } else {
             self.start_next();
@@ -227,7 +283,7 @@ impl Segment {
             for (byte, (_, _, queued)) in bytes.iter_mut().zip(self.queue.drain(..len)) {
                 *byte = queued;
             }
-            self.hear(now_us, host, &bytes[..len], benches);
+            self.hear(now_us, host, &bytes[..len], 0, benches);
         }
     }
 
@@ -261,7 +317,7 @@ impl Segment {
             self.talks[index].heard = true;
             self.finish(self.talks[index], benches);
         }
-        let telegram_ns = 9 * self.serial.byte_ns;
+        let telegram_ns = 9 * self.talks.iter().map(|talk| byte_ns(talk.baud)).max().unwrap_or(0);
         self.talks.retain(|talk| !talk.heard || talk.end_ns + telegram_ns > now_us * 1000);
         for place in 0..self.modules.len() {
             if self.held(benches, place).is_some_and(|at_us| at_us <= now_us) {
@@ -280,17 +336,18 @@ impl Segment {
     /// What the module of a place has to say at `now_us`.
     pub(crate) fn collect(&mut self, now_us: u64, place: usize, benches: &mut [Bench]) {
         let bench = &mut benches[self.modules[place]];
+        let baud = bench.line_rates().map_or(0, |rates| rates.baud);
         for index in 0..self.hosts.len() {
             while let Some(link) = self.hosts[index].as_mut().map(|host| &mut host.links[place])
                 && let Some(telegram) = bench.take(link)
             {
                 self.log.add(now_us, index, true, || Content::Bytes(telegram.to_vec()));
-                self.reply(now_us, place, index, &telegram);
+                self.reply(now_us, place, index, baud, &telegram);
             }
             let link = self.hosts[index].as_mut().map(|host| &mut host.links[place]);
             let loose = link.map(|link| from_fn(|| bench.take_byte(link)).collect::<Vec<u8>>()).unwrap_or_default();
             if !loose.is_empty() {
-                loose.iter().for_each(|byte| self.reply(now_us, place, index, &[*byte]));
+                loose.iter().for_each(|byte| self.reply(now_us, place, index, baud, &[*byte]));
                 self.log.add(now_us, index, true, || Content::Loose(loose));
             }
         }
@@ -299,18 +356,19 @@ impl Segment {
 
 // On the line.
 impl Segment {
-    fn reply(&mut self, now_us: u64, place: usize, host: usize, said: &[u8]) {
-        if self.serial.byte_ns == 0 {
-            return self.arrive(now_us, host, said);
+    fn reply(&mut self, now_us: u64, place: usize, host: usize, baud: u32, said: &[u8]) {
+        if !self.serial.has_timing() {
+            return self.arrive(now_us, host, said, 0);
         }
         let mut bytes = [0; 9];
         let len = said.len().min(bytes.len());
         bytes[..len].copy_from_slice(&said[..len]);
-        let start_ns = ((now_us + self.serial.turn_around_us) * 1000).max(self.module_free_ns[place]);
-        let end_ns = start_ns + len as u64 * self.serial.byte_ns;
+        let turn_around_us = self.serial.turn_around_us.map_or(byte_ns(baud).div_ceil(1000), u64::from);
+        let start_ns = ((now_us + turn_around_us) * 1000).max(self.module_free_ns[place]);
+        let end_ns = start_ns + len as u64 * byte_ns(baud);
         self.module_free_ns[place] = end_ns;
         let from = Talker::Module { place, host };
-        self.talks.push(Talk { start_ns, end_ns, from, bytes, len, heard: false });
+        self.talks.push(Talk { start_ns, end_ns, from, baud, bytes, len, heard: false });
     }
 
     /// The next byte of the hosts goes on the line, unless one is there.
@@ -320,22 +378,24 @@ impl Segment {
         }
         if let Some((at_us, host, byte)) = self.queue.pop_front() {
             let start_ns = (at_us * 1000).max(self.host_free_ns);
-            self.host_free_ns = start_ns + self.serial.byte_ns;
-            self.say(start_ns, Talker::Host(host), byte);
+            let baud = self.hosts[host].as_ref().map_or(0, |host| host.baud);
+            self.host_free_ns = start_ns + byte_ns(baud);
+            self.say(start_ns, Talker::Host(host), baud, byte);
         }
     }
 
     fn babble_on(&mut self) {
         if let Some((dice, free_ns)) = &mut self.babbler {
             let (start_ns, byte) = (*free_ns, dice.roll() as u8);
-            *free_ns += if self.serial.byte_ns == 0 { BABBLE_US * 1000 } else { self.serial.byte_ns };
-            self.say(start_ns, Talker::Babbler, byte);
+            let baud = self.serial.baud;
+            *free_ns += if baud == 0 { BABBLE_US * 1000 } else { byte_ns(baud) };
+            self.say(start_ns, Talker::Babbler, baud, byte);
         }
     }
 
-    fn say(&mut self, start_ns: u64, from: Talker, byte: u8) {
-        let end_ns = start_ns + self.serial.byte_ns;
-        self.talks.push(Talk { start_ns, end_ns, from, bytes: [byte; 9], len: 1, heard: false });
+    fn say(&mut self, start_ns: u64, from: Talker, baud: u32, byte: u8) {
+        let end_ns = start_ns + byte_ns(baud);
+        self.talks.push(Talk { start_ns, end_ns, from, baud, bytes: [byte; 9], len: 1, heard: false });
     }
 
     fn next_heard(&self, now_us: u64) -> Option<usize> {
@@ -352,18 +412,19 @@ impl Segment {
         }
         let received = &received[..len];
         match talk.from {
-            Talker::Module { host, .. } => self.arrive(at_us, host, received),
+            Talker::Module { host, .. } => self.arrive(at_us, host, received, talk.baud),
             Talker::Host(host) => {
                 if self.serial.echo {
-                    self.arrive(at_us, host, received);
+                    self.arrive(at_us, host, received, talk.baud);
                 }
-                self.hear(at_us, host, received, benches);
+                self.hear(at_us, host, received, talk.baud, benches);
                 self.start_next();
             }
             Talker::Babbler => {
                 for host in 0..self.hosts.len() {
-                    self.arrive(at_us, host, received);
-                    self.hear(at_us, host, received, benches);
+                    // Noise is noise at any rate.
+                    self.arrive(at_us, host, received, 0);
+                    self.hear(at_us, host, received, 0, benches);
                 }
                 self.babble_on();
             }
@@ -372,14 +433,12 @@ impl Segment {
 
     /// What becomes of a byte of a talk: `None` if it begins inside a byte of somebody else.
     fn received(&self, talk: &Talk, index: usize) -> Option<u8> {
-        let byte_ns = self.serial.byte_ns;
-        let begin = |talk: &Talk, index: usize| talk.start_ns + index as u64 * byte_ns;
-        let start_ns = begin(talk, index);
+        let start_ns = talk.begin_ns(index);
         let mut byte = talk.bytes[index];
-        for other in self.talks.iter().filter(|other| other.from != talk.from) {
+        for other in self.talks.iter().filter(|other| self.collide(talk.from, other.from)) {
             for place in 0..other.len {
-                let other_ns = begin(other, place);
-                if other_ns.abs_diff(start_ns) >= byte_ns {
+                let other_ns = other.begin_ns(place);
+                if other_ns + byte_ns(other.baud) <= start_ns || start_ns + byte_ns(talk.baud) <= other_ns {
                     continue;
                 }
                 if (other_ns, other.from) < (start_ns, talk.from) {
@@ -391,14 +450,22 @@ impl Segment {
         Some(byte)
     }
 
-    /// Modules receive bytes of a host. What finds no room, because replies are held back, is lost as in a UART.
-    fn hear(&mut self, at_us: u64, host: usize, bytes: &[u8], benches: &mut [Bench]) {
+    /// Whether two are on the same wire.
+    fn collide(&self, one: Talker, other: Talker) -> bool {
+        let apart = self.serial.full_duplex && one != Talker::Babbler && other != Talker::Babbler;
+        one != other && !apart
+    }
+
+    /// Modules receive bytes of a host, sent at `baud`. What finds no room, because replies are held back, is lost as in a UART.
+    fn hear(&mut self, at_us: u64, host: usize, bytes: &[u8], baud: u32, benches: &mut [Bench]) {
         if self.cut {
             return;
         }
         self.log.add(at_us, host, false, || Content::Bytes(bytes.to_vec()));
         for place in 0..self.modules.len() {
-            let mut rest = bytes;
+            let own = benches[self.modules[place]].line_rates().map_or(0, |rates| rates.baud);
+            let heard = uart::received(bytes, baud, own);
+            let mut rest = &*heard;
             while !rest.is_empty() {
                 let Some(link) = self.hosts[host].as_mut().map(|host| &mut host.links[place]) else { break };
                 let bench = &mut benches[self.modules[place]];
@@ -413,10 +480,10 @@ impl Segment {
         }
     }
 
-    /// A host receives bytes of a module.
-    fn arrive(&mut self, at_us: u64, host: usize, bytes: &[u8]) {
-        if let Some(Host { inbox, down, .. }) = self.hosts[host].as_mut().filter(|_| !self.cut) {
-            down.reply(at_us, bytes, |at_us, byte| inbox.push_back((at_us, byte)));
+    /// A host receives bytes that are sent at `sent_baud`; 0: at its own rate.
+    fn arrive(&mut self, at_us: u64, host: usize, bytes: &[u8], sent_baud: u32) {
+        if let Some(Host { inbox, down, baud, .. }) = self.hosts[host].as_mut().filter(|_| !self.cut) {
+            down.reply(at_us, &uart::received(bytes, sent_baud, *baud), |at_us, byte| inbox.push_back((at_us, byte)));
         }
     }
 }

@@ -7,7 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use gradus_sim::{Bench, BusKind, Can, Endpoint, Options, Rig, RigFile, ServeError, Server, Stopper};
-use gradus_tmcl::catalogue::TMCM_3351;
+use gradus_tmcl::catalogue::{Gp, TMCM_3351};
 
 /// A server in a thread of its own; it ends with its owner.
 struct Served {
@@ -29,7 +29,9 @@ impl Served {
 
     /// A module on a CAN bus of 250 kbit/s.
     fn on_can(endpoint: &str) -> Self {
-        let mut rig = Rig::from(Bench::rigid(&TMCM_3351));
+        let mut bench = Bench::rigid(&TMCM_3351);
+        assert!(bench.set_rate(Gp::CanBitRate, 250_000));
+        let mut rig = Rig::from(bench);
         let bus = rig.add_bus("can", BusKind::Can(Can { bit_rate: 250_000, timing: true }));
         rig.connect(0, bus);
         Self::new(rig, &[(bus, endpoint.parse().unwrap())])
@@ -219,7 +221,7 @@ fn flood_for_nobody_is_carried_to_its_end() {
         [[bus]]
         name = 'segment'
         kind = 'rs485'
-        baud = 10_000_000
+        baud = 1_000_000
         endpoints = ['tcp:127.0.0.1:0']
         [[module]]
         name = 'x'

@@ -3,6 +3,7 @@
 use gradus_sim::{Bench, BusChange, BusKind, Can, HostId, Profile, Rig, Serial};
 use gradus_tmcl::can::Frame;
 use gradus_tmcl::catalogue::{Gp, TMCM_351, TMCM_3351};
+use gradus_tmcl::rates::BAUD_RATES;
 use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status};
 
 /// Modules on one bus with a host.
@@ -19,6 +20,11 @@ impl Field {
             let mut bench = Bench::with_defaults(&TMCM_3351);
             for (parameter, value) in *settings {
                 assert!(bench.set_global(*parameter, *value));
+            }
+            match kind {
+                BusKind::Serial(Serial { baud: 0, .. }) => {}
+                BusKind::Serial(Serial { baud, .. }) => assert!(bench.set_rate(Gp::SerialBaudRate, baud)),
+                BusKind::Can(Can { bit_rate, .. }) => assert!(bench.set_rate(Gp::CanBitRate, bit_rate)),
             }
             let module = rig.add_module("module", bench);
             rig.connect(module, bus);
@@ -68,6 +74,18 @@ impl Field {
         let (_, replies) = self.replies(1_000_000)?;
         assert_eq!(replies.len(), 1, "{replies:?}");
         Some(replies[0])
+    }
+
+    /// Whether a reply comes; what was sent before is forgotten first, as after a pause.
+    fn understands(&mut self, command: &str) -> bool {
+        self.rig.run_for(200_000);
+        self.take();
+        self.rig.detach(self.host);
+        self.host = self.rig.attach(0);
+        self.send(1, command);
+        self.rig.run_for(200_000);
+        let bytes = self.take();
+        bytes.try_into().is_ok_and(|bytes| Reply::parse(&bytes).is_ok())
     }
 
     fn send_frame(&mut self, host: HostId, id: u32, command: &str) {
@@ -167,6 +185,65 @@ fn commands_in_a_row_are_carried_one_after_the_other() {
     assert_eq!(replies[0].value, 2);
     let expected_us = 37.0 * 10e6 / 9600.0;
     assert!(((at_us - start_us) as f64 - expected_us).abs() < 3.0);
+}
+
+#[test]
+fn baud_rate_changes_with_the_next_power_up() {
+    let mut field = Field::segment(Serial::rs485(9600), &[1]);
+    assert_eq!(field.ask(1, "SGP 65, 0, 7").map(|reply| reply.status), Some(Status::OK));
+    assert_eq!(field.ask(1, "GGP 65, 0").map(|reply| reply.value), Some(7), "still at the old rate");
+    field.rig.with_bench(0, Bench::power_off);
+    field.rig.with_bench(0, Bench::power_on);
+    assert!(!field.understands("GGP 65, 0"), "9600 is noise for a module at 115200");
+    field.rig.detach(field.host);
+    field.host = field.rig.attach(0);
+    field.rig.set_host_rate(field.host, 115_200);
+    let start_us = field.rig.now();
+    field.send(1, "GGP 65, 0");
+    let (at_us, replies) = field.replies(1_000_000).unwrap();
+    assert_eq!(replies[0].value, 7);
+    let expected_us = 19.0 * 10e6 / 115_200.0;
+    assert!(((at_us - start_us) as f64 - expected_us).abs() <= 3.0, "{} us", at_us - start_us);
+}
+
+#[test]
+fn command_that_starts_the_module_anew_changes_its_rate_too() {
+    let mut field = Field::segment(Serial::rs485(9600), &[1]);
+    field.ask(1, "SGP 65, 0, 2");
+    field.ask(1, "DATA 255, 0, 0, 1234");
+    assert!(!field.understands("GAP 4, 0"));
+    field.rig.change(0, BusChange::Rate(19_200));
+    assert!(field.understands("GAP 4, 0"));
+}
+
+#[test]
+fn host_at_another_rate_hears_no_reply_that_is_one() {
+    for (index, rate) in BAUD_RATES.into_iter().enumerate() {
+        let mut field = Field::segment(Serial::rs485(rate), &[1]);
+        for other in BAUD_RATES {
+            field.rig.change(0, BusChange::Rate(other));
+            // 250 000 is 8.5 % off 230 400: too much for the last bits, as all others are.
+            assert_eq!(field.understands("GGP 65, 0"), other == rate, "value {index}: {other} at {rate}");
+        }
+    }
+}
+
+#[test]
+fn rs232_is_for_one_module_that_looks_at_its_address_and_has_a_pause_but_no_collisions() {
+    let settings = [(Gp::SerialAddress, 3), (Gp::TelegramPause, 5)];
+    let mut field = Field::new(BusKind::Serial(Serial::rs232(9600)), &[&settings]);
+    assert!(field.ask(1, "GAP 4, 0").is_none(), "another address");
+    let start_us = field.rig.now();
+    field.send(3, "GAP 4, 0");
+    let (at_us, _) = field.replies(1_000_000).unwrap();
+    let expected_us = 18.0 * 10e6 / 9600.0 + 5e3;
+    assert!(((at_us - start_us) as f64 - expected_us).abs() <= 3.0, "{} us", at_us - start_us);
+    field.send(3, "GAP 4, 0");
+    field.send(3, "GAP 5, 0");
+    field.rig.run_for(100_000);
+    let bytes = field.take();
+    let replies: Vec<i32> = bytes.chunks(9).map(|chunk| reply(chunk).value).collect();
+    assert_eq!(replies, [51_200, 51_200], "the second question comes during the first reply");
 }
 
 #[test]
@@ -340,6 +417,24 @@ fn babbling_node_keeps_everybody_off_the_bus() {
     assert!(frames.len() > 70 && frames.iter().all(|frame| frame.id == 0), "{}", frames.len());
     field.rig.change(0, BusChange::Babble(false));
     assert!(field.frames(host, 1000).iter().any(|frame| frame.id == 100));
+}
+
+#[test]
+fn bit_rate_changes_with_the_next_power_up() {
+    let mut field = Field::can(true, &[(1, 100)]);
+    let (host, other) = (field.host, field.rig.attach(0));
+    let answers = |field: &mut Field, host| {
+        field.send_frame(host, 1, "GGP 69, 0");
+        field.frames(host, 20_000).iter().any(|frame| frame.id == 100)
+    };
+    field.send_frame(host, 1, "SGP 69, 0, 6");
+    assert!(answers(&mut field, host));
+    field.rig.with_bench(0, Bench::reset);
+    assert!(!answers(&mut field, host));
+    field.rig.set_host_rate(host, 250_000);
+    field.frames(other, 0);
+    assert!(answers(&mut field, host));
+    assert_eq!(field.frames(other, 0), [], "a host that stayed at 1 Mbit/s hears neither");
 }
 
 #[test]

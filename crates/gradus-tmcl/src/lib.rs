@@ -17,6 +17,7 @@ mod datagram;
 mod framer;
 mod instruction;
 mod operand;
+pub mod rates;
 pub mod slcan;
 mod status;
 mod text;

@@ -169,7 +169,7 @@ fn at_the_limit_of_descriptors_hosts_are_turned_away_and_it_does_not_spin() {
     kill(&sim.process, "TERM");
     let mut said = String::new();
     sim.process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
-    assert!(said.starts_with("there is no room for more hosts; they are turned away until one leaves\n"), "{said}");
+    assert!(said.contains("\nthere is no room for more hosts; they are turned away until one leaves\n"), "{said}");
 }
 
 #[test]
@@ -703,4 +703,37 @@ fn a_fleet_has_ports_in_a_row() {
     let ports: Vec<String> = (first..first + 3).map(|port| format!("tcp 127.0.0.1:{port}")).collect();
     assert_eq!(sim.endpoints, ports);
     sim.stop();
+}
+
+#[test]
+fn module_on_an_rs485_line_is_lost_at_its_old_rate_and_found_at_the_new_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = folder.path().join("line");
+    let mut sim = Sim::start(&["--rs485", "--pty", line.to_str().unwrap()]);
+    let at = |rate: u32| format!("serial:{}?baud={rate}&timeout=200", line.display());
+    let open = |rate: u32, address: u8| Session::open(&format!("{}&address={address}", at(rate)).parse().unwrap());
+    assert!(open(9600, 3).is_err(), "another address is not answered");
+    open(9600, 1).unwrap().set_global(Gp::SerialBaudRate, 0, 7).unwrap();
+    sim.input.write_all(b"reset\nshow\n").unwrap();
+    read_line(&mut sim.output);
+    assert!(open(9600, 1).is_err());
+    let port = format!("serial:{}", line.display());
+    let scan = Command::new(GRADUS).args(["scan", "--port", &port, "--addresses", "1"]).output().unwrap();
+    let found = String::from_utf8(scan.stdout).unwrap();
+    assert!(found.contains("baud=115200") && found.contains("TMCM-3351"), "{found}");
+    assert_eq!(open(115_200, 1).unwrap().get_global(Gp::SerialBaudRate, 0).unwrap(), 7);
+    kill(&sim.process, "TERM");
+    let mut said = String::new();
+    sim.process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(said, "", "a segment leaves nothing out");
+}
+
+#[test]
+fn module_without_a_segment_says_what_its_line_leaves_out() {
+    let mut sim = Sim::start(&["--tcp", "127.0.0.1:0"]);
+    kill(&sim.process, "TERM");
+    let mut said = String::new();
+    sim.process.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.contains("--rs485"), "{said}");
 }

@@ -39,13 +39,17 @@ fn file_of_one_module_is_no_rig() {
 #[test]
 fn buses_work_as_the_file_says() {
     let rs485 = Serial::rs485(9600);
+    let strict = Serial { strict: true, ..rs485 };
     let cases = [
         ("kind = 'usb'", BusKind::Serial(Serial::USB)),
-        ("kind = 'rs485'", BusKind::Serial(rs485)),
-        ("kind = 'rs485'\ntiming = false", BusKind::Serial(rs485.without_timing())),
+        ("kind = 'rs485'", BusKind::Serial(strict)),
+        ("kind = 'rs485'\nbaud = 'strict'", BusKind::Serial(strict)),
+        ("kind = 'rs485'\nbaud = 9600", BusKind::Serial(rs485)),
+        ("kind = 'rs485'\ntiming = false", BusKind::Serial(strict.without_timing())),
+        ("kind = 'rs232'\nbaud = 19200", BusKind::Serial(Serial::rs232(19_200))),
         (
             "kind = 'rs485'\nbaud = 115200\nturn_around_us = 500\ngap_ms = 5\necho = true",
-            BusKind::Serial(Serial { turn_around_us: 500, gap_us: 5000, echo: true, ..Serial::rs485(115_200) }),
+            BusKind::Serial(Serial { turn_around_us: Some(500), gap_us: 5000, echo: true, ..Serial::rs485(115_200) }),
         ),
         ("kind = 'can'", BusKind::Can(Can { bit_rate: 1_000_000, timing: true })),
         ("kind = 'can'\nbit_rate = 250_000\ntiming = false", BusKind::Can(Can { bit_rate: 250_000, timing: false })),
@@ -62,11 +66,20 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
         ("[[bus]]\nname = 'b'".into(), "1: bus: missing field `kind`"),
         (
             "[[bus]]\nname = 'b'\nkind = 'lin'".into(),
-            "3: bus.kind: unknown variant `lin`, expected one of `usb`, `rs485`, `can`",
+            "3: bus.kind: unknown variant `lin`, expected one of `usb`, `rs232`, `rs485`, `can`",
         ),
         (
             "[[bus]]\nname = 'b'\nkind = 'can'\nbaud = 9600".into(),
-            "4: bus.baud: only a bus of the kind rs485 has this key",
+            "4: bus.baud: only a bus of the kind rs232 or rs485 has this key",
+        ),
+        (
+            "[[bus]]\nname = 'b'\nkind = 'rs485'\nbaud = 'fast'".into(),
+            "4: bus.baud: expected bits a second, or \"strict\"",
+        ),
+        (
+            format!("{BUSES}baud = 1\n").replace("'can'\nbaud = 1", "'rs485'\nbaud = 12345")
+                + "[[module]]\nname = 'x'\nbus = 'field'\nmodule = 'tmcm-1617'",
+            "7: bus.baud: the TMCM-1617 has no such rate, only 9600, 14400, 19200, 28800, 38400, 57600, 76800, 115200",
         ),
         (
             "[[bus]]\nname = 'b'\nkind = 'usb'\nbit_rate = 9600".into(),
@@ -121,6 +134,21 @@ fn problems_name_line_and_key_and_say_what_is_expected() {
     for (text, message) in cases {
         let found = RigFile::parse(&text).map(|_| ()).unwrap_err().to_string();
         assert!(found.starts_with(message), "{text}\n{found}");
+    }
+}
+
+#[test]
+fn modules_start_at_the_rates_of_the_file_and_else_at_their_own() {
+    let text = |keys: &str| {
+        format!(
+            "[[bus]]\nname = 's'\nkind = 'rs485'\n{keys}\n[[bus]]\nname = 'c'\nkind = 'can'\nbit_rate = 250_000\n\
+             [[module]]\nname = 'x'\nbus = ['s', 'c']\nmodule = 'tmcm-3351'"
+        )
+    };
+    for (keys, baud) in [("baud = 115200", 115_200), ("baud = 'strict'", 9600), ("", 9600), ("timing = false", 9600)] {
+        let mut rig = parsed(&text(keys)).build().unwrap();
+        let rates = rig.with_bench(0, |bench| bench.line_rates());
+        assert_eq!(rates, Some(crate::LineRates { baud, can: 250_000 }), "{keys}");
     }
 }
 

@@ -1,8 +1,8 @@
 //! A serial CAN adapter (slcan) as a host sees it.
 //!
 //! It answers what it has done with CR, a frame with `z` or `Z` before it, and what it cannot do with BEL: sending while it is
-//! closed or listens only, another bit rate while it is open. It may be opened twice, as hosts do. One that is set to another bit
-//! rate than the bus neither hears nor is heard; one that was never set to any has that of the bus. Remote frames are taken and
+//! closed or listens only, another bit rate while it is open. It may be opened twice, as hosts do. It neither hears
+//! nor is heard by nodes of another bit rate than it is set to; one that was never set to any has that of the bus. Remote frames are taken and
 //! reach nobody, since TMCL has none.
 
 use gradus_tmcl::slcan::{Command, ERROR, LineReader, OK, Text};
@@ -24,8 +24,6 @@ const MINUTE_MS: u64 = 60_000;
 pub(crate) struct Adapter {
     reader: LineReader,
     state: State,
-    /// `None`: that of the bus.
-    bit_rate: Option<u32>,
     timestamps: bool,
 }
 
@@ -52,16 +50,14 @@ impl Adapter {
         let closed = self.state == State::Closed;
         match command {
             Command::Frame(frame) if self.state == State::Open => {
-                if self.is_in_tune(rig, host) {
-                    rig.send_frame(host, frame);
-                }
+                rig.send_frame(host, frame);
                 return Some(if frame.extended { b"Z\r" } else { b"z\r" });
             }
             Command::Remote { extended } if self.state == State::Open => {
                 return Some(if extended { b"Z\r" } else { b"z\r" });
             }
-            Command::BitRate(rate) if closed => self.bit_rate = Some(rate),
-            Command::BitTiming if closed => self.bit_rate = None,
+            Command::BitRate(rate) if closed => rig.set_host_rate(host, rate),
+            Command::BitTiming if closed => rig.set_host_rate(host, rig.can_bit_rate(host.bus()).unwrap_or(1)),
             Command::Open => self.state = State::Open,
             Command::Listen => self.state = State::Listening,
             Command::Close => self.state = State::Closed,
@@ -77,16 +73,12 @@ impl Adapter {
 
     /// What the bus has for the host.
     pub(crate) fn collect(&self, rig: &mut Rig, host: HostId, into: &mut Vec<u8>) {
-        let hears = self.state != State::Closed && self.is_in_tune(rig, host);
+        let hears = self.state != State::Closed;
         let time_ms = self.timestamps.then(|| (rig.now() / 1000 % MINUTE_MS) as u16);
         while let Some(frame) = rig.take_frame(host) {
             if hears {
                 into.extend_from_slice(Text::frame(&frame, time_ms).bytes());
             }
         }
-    }
-
-    fn is_in_tune(&self, rig: &Rig, host: HostId) -> bool {
-        self.bit_rate.is_none() || self.bit_rate == rig.can_bit_rate(host.bus())
     }
 }

@@ -132,12 +132,23 @@ impl Line {
             Ok(len) => {
                 // Who writes has come before: seen only now, the arrival would throw away the reply.
                 self.check_visitors(rig);
+                self.heed_rate(rig);
                 self.resynchronise(rig, wall);
                 self.heard = (len < READ_LEN).then_some(wall);
                 self.protocol.receive(&buffer[..len], rig, self.host, &mut self.outbox);
             }
             Err(Errno::AGAIN | Errno::INTR) => {}
             Err(_) => self.fail(),
+        }
+    }
+
+    /// Sends and listens at the rate that the client of a pseudo-terminal has set, where that counts.
+    fn heed_rate(&mut self, rig: &mut Rig) {
+        if let Carrier::Pty(pty) = &self.carrier
+            && rig.is_strict(self.bus)
+            && let Some(baud) = pty.baud()
+        {
+            rig.set_host_rate(self.host, baud);
         }
     }
 
@@ -190,5 +201,50 @@ impl AsFd for Line {
             #[cfg(all(target_os = "linux", feature = "socketcan"))]
             Carrier::Can(socket) => socket.as_fd(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use gradus_tmcl::catalogue::TMCM_3351;
+
+    use super::*;
+    use crate::Bench;
+
+    /// A line whose host never reads, with a carrier that takes no more.
+    fn stuffed(carrier: Carrier, rig: &mut Rig) -> Line {
+        let mut line = Line::new(carrier, Protocol::Bytes, 0, rig);
+        let mut left = 0;
+        while left < OUTBOX_FULL {
+            line.outbox.resize(OUTBOX_FULL, 0);
+            line.flush(rig);
+            left = line.outbox.len();
+        }
+        line
+    }
+
+    #[test]
+    fn host_that_reads_nothing_is_let_go_when_its_outbox_is_full() {
+        let mut rig = Rig::from(Bench::with_defaults(&TMCM_3351));
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let _host = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let carrier = Carrier::tcp(listener.accept().unwrap().0).unwrap();
+        let mut line = stuffed(carrier, &mut rig);
+        assert!(!line.is_closed(), "{OUTBOX_FULL} bytes are not too many");
+        assert!(!line.interest(&rig).read, "but no more requests are taken");
+        line.outbox.push(0);
+        line.flush(&mut rig);
+        assert!(line.is_closed() && line.outbox.is_empty());
+    }
+
+    #[test]
+    fn pseudo_terminal_that_nobody_reads_loses_what_waits_and_lives_on() {
+        let mut rig = Rig::from(Bench::with_defaults(&TMCM_3351));
+        let mut line = stuffed(Carrier::Pty(Pty::open(None).unwrap()), &mut rig);
+        line.outbox.push(0);
+        line.flush(&mut rig);
+        assert!(!line.is_closed() && line.outbox.is_empty() && line.interest(&rig).read);
     }
 }

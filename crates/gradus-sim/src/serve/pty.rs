@@ -13,6 +13,9 @@ use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcseta
 use super::endpoint::EndpointError;
 use super::visitors::Visitors;
 
+/// Bits a second until a client sets others: those of a module as it is delivered.
+const FACTORY_BAUD: u32 = 9600;
+
 /// A pseudo-terminal in raw mode, with a symbolic link to it if one was asked for.
 ///
 /// The slave stays open here: clients come and go without the master noticing, and the raw mode lasts.
@@ -45,9 +48,15 @@ impl Pty {
         let slave = rustix::fs::open(&slave_path, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
         let mut settings = tcgetattr(&slave)?;
         settings.make_raw();
+        settings.set_speed(FACTORY_BAUD)?;
         tcsetattr(&slave, OptionalActions::Now, &settings)?;
         let visitors = Visitors::watch(&slave_path).ok();
         Ok(Self { master, slave, slave_path, link: None, visitors })
+    }
+
+    /// Bits a second that a client has set.
+    pub(crate) fn baud(&self) -> Option<u32> {
+        tcgetattr(&self.slave).ok().map(|settings| settings.output_speed()).filter(|baud| *baud > 0)
     }
 
     /// The path that clients open.

@@ -8,15 +8,19 @@ use anyhow::{Context as _, bail};
 use gradus_host::VIRTUAL_MODULES;
 use gradus_host::trace::Gatherer;
 use gradus_sim::{
-    Bench, BenchFile, BusChange, BusKind, Can, Console, Eeprom, EepromError, Endpoint, EndpointError, Machine, Options,
-    Profile, Rig, RigFile, Serial, ServeError, Server, Speed,
+    Bench, BenchFile, BusChange, BusKind, Can, Console, Eeprom, EepromError, Endpoint, EndpointError, LineRates,
+    Machine, Options, Profile, Rig, RigFile, Serial, ServeError, Server, Speed,
 };
 use gradus_tmcl::catalogue::Module;
 
-use crate::port;
+use crate::{complain, port};
 
 /// TCP port that is offered unless told otherwise.
 const DEFAULT_TCP_PORT: u16 = 4322;
+
+/// What a serial line as on USB leaves out.
+const NO_SEGMENT: &str = "as on USB: every address is answered, at once, at any baud rate; --rs485 gives the line \
+                          address, telegram pause and baud rate";
 
 /// Offer a virtual module to other programs
 ///
@@ -44,6 +48,7 @@ Examples:
   gradus sim                                     a pty and TCP port 4322
   gradus sim --pty ./tmcm --eeprom tmcm.eeprom   settings survive the simulator
   gradus sim --tcp 127.0.0.1:0 --speed 10        a free port, ten times real time
+  gradus sim --rs485 --pty ./line                an RS-485 line that works as a real one
   gradus sim --slcan ./adapter                   a module on CAN, behind a serial adapter
   gradus sim --faults noisy-line                 one datagram in a thousand is garbled
   gradus sim --bench stage.toml                  a module with the machine of a bench file
@@ -70,6 +75,10 @@ pub struct Sim {
     /// Take part in the bus of a CAN interface of this computer
     #[arg(long, value_name = "INTERFACE")]
     can: Option<String>,
+    /// Make the serial line an RS-485 segment, with the module's address, telegram pause and baud rate; a host on the pseudo-terminal
+    /// has the rate that it sets, one on TCP 9600 baud
+    #[arg(long, conflicts_with = "count")]
+    rs485: bool,
     /// Start so many modules, on as many TCP ports in a row; their axes never lose a step, and rest at no cost
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(1..), conflicts_with_all = ["bench", "pty", "slcan", "socketcand", "can"])]
     count: Option<u16>,
@@ -112,6 +121,9 @@ impl Sim {
             server.tap(move |passed| gatherer.take(passed, &mut recorder));
         }
         server.stop_on_signals()?;
+        if self.is_as_on_usb()? {
+            complain(format_args!("{NO_SEGMENT}"));
+        }
         for endpoint in server.endpoints() {
             writeln!(out, "{endpoint}")?;
         }
@@ -127,17 +139,25 @@ impl Sim {
         if let Some(file) = self.bench.as_deref().map(RigFile::read).transpose()?.flatten() {
             return self.described(&file);
         }
-        let mut rig = Rig::from(self.build()?);
+        let mut rig = if self.rs485 { segment(self.build()?) } else { Rig::from(self.build()?) };
         let can = rig.add_bus("can", BusKind::Can(Can::DEFAULT));
         rig.connect(0, can);
         let endpoints = self.endpoints().into_iter().map(|endpoint| (usize::from(endpoint.is_can()), endpoint));
         Ok(Setup { rig, endpoints: endpoints.collect() })
     }
 
+    /// Whether a module alone offers a serial line that is none of RS-485.
+    fn is_as_on_usb(&self) -> anyhow::Result<bool> {
+        let alone = self.count.is_none() && self.bench.as_deref().map(RigFile::read).transpose()?.flatten().is_none();
+        Ok(alone && !self.rs485 && self.endpoints().iter().any(|endpoint| !endpoint.is_can()))
+    }
+
     /// The rig of a bench file, which says itself where its endpoints and memories are.
     fn described(&self, file: &RigFile) -> anyhow::Result<Setup> {
-        if !self.chosen_endpoints().is_empty() || self.eeprom.is_some() {
-            bail!("the bench file has several modules: its buses say the endpoints, its modules the EEPROM files");
+        if !self.chosen_endpoints().is_empty() || self.eeprom.is_some() || self.rs485 {
+            bail!(
+                "the bench file has several modules: its buses say the endpoints and their kind, its modules the EEPROM files"
+            );
         }
         let endpoints = file.endpoints();
         if endpoints.is_empty() {
@@ -207,6 +227,16 @@ impl Sim {
         ];
         chosen.into_iter().flatten().collect()
     }
+}
+
+/// A module alone on a segment.
+fn segment(bench: Bench) -> Rig {
+    let mut rig = Rig::default();
+    let serial = Serial { strict: true, ..Serial::rs485(LineRates::FACTORY.baud) };
+    let bus = rig.add_bus("rs485", BusKind::Serial(serial));
+    let module = rig.add_module("module", bench);
+    rig.connect(module, bus);
+    rig
 }
 
 /// Modules on buses, and where hosts find them.

@@ -28,3 +28,15 @@ fn value_that_cannot_be_stored_is_never_acknowledged() {
     host.read_to_end(&mut reply).unwrap();
     assert_eq!(reply, []);
 }
+
+#[test]
+fn lag_of_more_than_a_tenth_of_a_second_is_given_up_and_less_is_made_good() {
+    let mut server = Server::open(Bench::with_defaults(&TMCM_3351), &[], Options::default()).unwrap();
+    let wall = Instant::now() + Duration::from_secs(3600);
+    for (lag, left_us) in [(Duration::from_secs(10), 100_000), (MAX_LAG, 100_000), (Duration::from_millis(60), 60_000)]
+    {
+        server.pace.restart(wall.checked_sub(lag).unwrap(), server.rig.now());
+        server.give_up_lag(wall);
+        assert_eq!(server.pace.virtual_at(wall) - server.rig.now(), left_us, "{lag:?}");
+    }
+}
