@@ -25,7 +25,7 @@ mod program;
 mod storage;
 
 pub use drive::servo::servo::Servo;
-pub use drive::stepper::reference_search::SearchFailure;
+pub use drive::stepper::search_failure::SearchFailure;
 pub use drive::stepper::steppers::Steppers;
 pub use links::line_rates::LineRates;
 pub use links::link::{Link, LinkKind};

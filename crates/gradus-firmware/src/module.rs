@@ -6,7 +6,7 @@ use gradus_tmcl::{Instruction, Opcode, Reply, Request, Status, can};
 use crate::capture::Capture;
 use crate::commands::outputs::Outputs;
 use crate::drive::axes::Axes;
-use crate::drive::stepper::reference_search::SearchFailure;
+use crate::drive::stepper::search_failure::SearchFailure;
 use crate::drive::ticks::Ticks;
 use crate::links::heartbeats::Heartbeats;
 use crate::links::line_rates::LineRates;

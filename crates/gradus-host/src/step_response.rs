@@ -58,7 +58,8 @@ mod tests {
         let falls: Vec<f64> = line.iter().map(|value| 500.0 - 2.0 * value).collect();
         for (samples, from, to, expected) in [
             (&line[..], 0.0, 100.0, (ms(80), 0.0, ms(95))),
-            (&swings, 0.0, 100.0, (ms(1), 20.0, ms(5))),
+            // From 0.2 to 1.8 ms, on the lines between the samples.
+            (&swings, 0.0, 100.0, (Some(Duration::from_micros(1600)), 20.0, ms(5))),
             (&falls, 500.0, 300.0, (ms(80), 0.0, ms(95))),
             (&line[..50], 0.0, 100.0, (None, 0.0, None)),
             (&line, 7.0, 7.0, (None, 0.0, None)),

@@ -6,7 +6,7 @@
 use gradus_tmcl::catalogue::{Ap, AxisParameter, Module};
 use gradus_tmcl::{MoveKind, Search, Status};
 
-use crate::drive::stepper::reference_search::SearchFailure;
+use crate::drive::stepper::search_failure::SearchFailure;
 use crate::drive::ticks::Period;
 use crate::ports::Switches;
 

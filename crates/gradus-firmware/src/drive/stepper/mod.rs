@@ -5,6 +5,7 @@ pub(crate) mod closed_loop;
 pub(crate) mod driver_chip;
 pub(crate) mod encoder;
 pub(crate) mod reference_search;
+pub(crate) mod search_failure;
 pub(crate) mod search_modes;
 pub(crate) mod settings;
 pub(crate) mod speed;

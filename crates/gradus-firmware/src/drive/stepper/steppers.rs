@@ -17,7 +17,7 @@ use gradus_tmcl::{MoveKind, Search, Status};
 
 use crate::drive::axes::{Axes, Events, Motors, Move, axis_index, members, motors};
 use crate::drive::stepper::axis::{Axis, Part};
-use crate::drive::stepper::reference_search::SearchFailure;
+use crate::drive::stepper::search_failure::SearchFailure;
 use crate::drive::ticks::Period;
 use crate::module::MAX_AXES;
 use crate::ports::{AxisInputs, Ports, StepperStage, Switches};

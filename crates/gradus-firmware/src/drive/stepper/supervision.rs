@@ -10,7 +10,8 @@ use gradus_tmcl::catalogue::{Ap, MotionChip};
 
 use crate::drive::axes::Events;
 use crate::drive::stepper::axis::{Axis, Part};
-use crate::drive::stepper::reference_search::{Reference, ReferenceSearch, SearchFailure, Sight, Step};
+use crate::drive::stepper::reference_search::{Reference, ReferenceSearch, Sight, Step};
+use crate::drive::stepper::search_failure::SearchFailure;
 use crate::drive::stepper::search_modes::{Pace, Way};
 use crate::drive::stepper::settings::{Derived, Stop};
 use crate::ports::{AxisInputs, DriverState, StepperStage, Switches};
