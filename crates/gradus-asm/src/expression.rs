@@ -48,7 +48,7 @@ pub(crate) fn is_function(name: &str) -> bool {
 }
 
 /// Names of the functions.
-pub(crate) fn functions() -> impl Iterator<Item = &'static str> {
+pub fn functions() -> impl Iterator<Item = &'static str> {
     FUNCTIONS.iter().map(|function| function.name)
 }
 

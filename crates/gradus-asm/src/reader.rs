@@ -189,8 +189,8 @@ fn no_text(source: &Source, index: usize) -> Problem {
     Problem::error(Code::Encoding, start, format!("`{}` {what}", source.path.display())).help(help)
 }
 
-/// The path without `.` and `dir/..`, so that one file has one path.
-fn normal(path: &Path) -> PathBuf {
+/// The path without `.` and `dir/..`, so that one file has one path: the path of a [`Source`].
+pub fn normal(path: &Path) -> PathBuf {
     let mut normal = PathBuf::new();
     for component in path.components() {
         match (component, normal.components().next_back()) {

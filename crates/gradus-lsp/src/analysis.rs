@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gradus_asm::{Assembly, Constant, Defined, Label, Problem, Source, Span};
-use gradus_tmcl::catalogue::{self, Command};
+use gradus_tmcl::catalogue::{self, Command, Operand};
 use gradus_tmcl::{Instruction, Opcode};
 
 use crate::text::Lines;
@@ -123,6 +123,15 @@ impl Analysis {
         let is_valid = self.assembly.commands.get(address).is_none_or(|text| text.is_valid);
         let instruction = self.assembly.program.get(address).filter(|_| is_valid)?;
         Some((instruction, Command::of(instruction.opcode)?))
+    }
+
+    /// Returns the operand that a name stands in, with its command.
+    pub fn operand_around(&self, name: Span) -> Option<(&Instruction, &'static Operand)> {
+        let address = self.command_at(name.source, name.start)?;
+        let operands = &self.assembly.commands.get(address)?.operands;
+        let index = operands.iter().position(|operand| operand.start <= name.start && name.end <= operand.end)?;
+        let (instruction, row) = self.command(address)?;
+        Some((instruction, row.operands.get(index)?))
     }
 
     /// Returns every CSUB, CALL and VECT of the program.

@@ -1,6 +1,6 @@
 //! What may be written next.
 
-use gradus_asm::{BUILT_IN, Code, Defined, PRAGMAS};
+use gradus_asm::{BUILT_IN, Code, Defined, PRAGMAS, functions};
 use gradus_tmcl::catalogue::{Command, MODULES, Mode, Module, Operand, OperandKind};
 
 use crate::analysis::Analysis;
@@ -224,14 +224,11 @@ fn choices(before: &[&str], module: &Module) -> Vec<Proposal> {
 
 /// Names of the program and functions.
 fn values(analysis: &Analysis) -> Vec<Proposal> {
-    let functions = FUNCTIONS.iter().map(|name| Proposal::new(*name, ProposalKind::Function, "function"));
+    let mut functions: Vec<_> = functions().collect();
+    functions.sort_unstable();
+    let functions = functions.into_iter().map(|name| Proposal::new(name, ProposalKind::Function, "function"));
     names(analysis, true).chain(functions).collect()
 }
-
-const FUNCTIONS: &[&str] = &[
-    "ABS", "ACOS", "ASIN", "ATAN", "COS", "DEG", "EXP", "INT", "LN", "LOG", "RAD", "ROUND", "SIGN", "SIN", "SQRT",
-    "TAN",
-];
 
 fn names(analysis: &Analysis, with_constants: bool) -> impl Iterator<Item = Proposal> {
     analysis.definitions().filter_map(move |(_, of)| match of {

@@ -204,19 +204,10 @@ fn name_kind(analysis: &Analysis, of: Defined) -> TokenKind {
 /// What a constant is used for first.
 fn constant_kind(analysis: &Analysis, of: Defined) -> TokenKind {
     let Some(span) = analysis.references(of).next() else { return TokenKind::Constant };
-    let kind = analysis.command_at(span.source, span.start).and_then(|address| operand_kind(analysis, address, span));
-    match kind {
+    match analysis.operand_around(span).map(|(instruction, operand)| (operand.kind, instruction.motor)) {
         Some((OperandKind::AxisParameter, _)) => TokenKind::Parameter,
         Some((OperandKind::Variable, _)) | Some((OperandKind::GlobalParameter, 2)) => TokenKind::Variable,
         Some((OperandKind::GlobalParameter, _)) => TokenKind::Parameter,
         _ => TokenKind::Constant,
     }
-}
-
-/// The kind of the operand that a name stands in, and the bank of its command.
-fn operand_kind(analysis: &Analysis, address: usize, span: Span) -> Option<(OperandKind, u8)> {
-    let text = analysis.assembly.commands.get(address)?;
-    let index = text.operands.iter().position(|operand| operand.start <= span.start && span.end <= operand.end)?;
-    let (instruction, row) = analysis.command(address)?;
-    Some((row.operands.get(index)?.kind, instruction.motor))
 }

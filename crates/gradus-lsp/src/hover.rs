@@ -116,8 +116,7 @@ fn of_constant(analysis: &Analysis, index: usize) -> String {
 fn used_as(analysis: &Analysis, of: Defined) -> Vec<String> {
     let mut found = Vec::new();
     for span in analysis.references(of) {
-        let Some(address) = analysis.command_at(span.source, span.start) else { continue };
-        let Some(role) = role(analysis, address, span) else { continue };
+        let Some(role) = role(analysis, span) else { continue };
         if !found.contains(&role) {
             found.push(role);
         }
@@ -125,11 +124,8 @@ fn used_as(analysis: &Analysis, of: Defined) -> Vec<String> {
     found
 }
 
-fn role(analysis: &Analysis, address: usize, span: Span) -> Option<String> {
-    let text = analysis.assembly.commands.get(address)?;
-    let index = text.operands.iter().position(|operand| operand.start <= span.start && span.end <= operand.end)?;
-    let (instruction, row) = analysis.command(address)?;
-    let operand = row.operands.get(index)?;
+fn role(analysis: &Analysis, span: Span) -> Option<String> {
+    let (instruction, operand) = analysis.operand_around(span)?;
     let number = u8::try_from(operand.get(instruction)).ok()?;
     let module = analysis.module();
     match operand.kind {

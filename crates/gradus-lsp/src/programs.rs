@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use gradus_asm::{Code, Problem, assemble, lint, module_of};
+use gradus_asm::{Code, Problem, assemble, lint, module_of, normal};
 use lsp_server::{Message, Notification};
 use serde_json::Value;
 
@@ -13,7 +13,7 @@ use crate::convert::view::{self, View};
 use crate::documents::{Change, Documents};
 use crate::symbols::is_file;
 use crate::uri;
-use crate::workspace::{Files, Includes, normal};
+use crate::workspace::{Files, Includes};
 
 /// Open texts, and the programs around them.
 pub(crate) struct Programs {

@@ -1,6 +1,6 @@
 //! The requests that are served: one table, from which the capabilities are read.
 
-use gradus_asm::{Edit, Span, format};
+use gradus_asm::{Edit, Span, format, normal};
 use lsp_server::ErrorCode;
 use serde_json::{Value, json};
 
@@ -10,7 +10,6 @@ use crate::convert::view::{self, View};
 use crate::hints::HintSettings;
 use crate::programs::Programs;
 use crate::refusal::Refusal;
-use crate::workspace::normal;
 use crate::{actions, complete, hints, hover, lines, signature, symbols, uri};
 
 /// Serves a request.

@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 use std::io;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
-use gradus_asm::{LintOptions, Options};
+use gradus_asm::{LintOptions, Options, normal};
 use gradus_tmcl::catalogue::Module;
 
 use crate::documents::Documents;
@@ -120,19 +120,4 @@ fn included(path: &Path, text: &str) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let names = text.lines().filter_map(include).map(|(_, name)| name.replace('\\', "/"));
     names.map(|name| normal(&folder.join(name))).collect()
-}
-
-/// The path without `.` and `dir/..`, as the assembler names files.
-pub fn normal(path: &Path) -> PathBuf {
-    let mut normal = PathBuf::new();
-    for component in path.components() {
-        match (component, normal.components().next_back()) {
-            (Component::CurDir, _) => {}
-            (Component::ParentDir, Some(Component::Normal(_))) => {
-                normal.pop();
-            }
-            _ => normal.push(component),
-        }
-    }
-    normal
 }

@@ -12,10 +12,10 @@ use anyhow::{Context, bail};
 use gradus_asm::{Code, LintOptions, Options};
 use gradus_lab as lab;
 use gradus_lsp::{Files, Project, Server};
-use gradus_tmcl::catalogue::{ANY, MODULES, Module, TMCM_3351};
+use gradus_tmcl::catalogue::{Module, TMCM_3351};
 use lsp_server::Message;
 
-use crate::complain;
+use crate::{complain, project};
 
 /// Serve the language server protocol, for editors
 ///
@@ -139,8 +139,7 @@ impl Files for Disk {
     }
 
     fn module(&self, name: &str) -> Option<&'static Module> {
-        let all = MODULES.iter().copied().chain([&ANY]);
-        all.into_iter().find(|module| module.name.eq_ignore_ascii_case(name))
+        project::named(name)
     }
 }
 
